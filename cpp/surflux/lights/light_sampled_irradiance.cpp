@@ -12,7 +12,8 @@ namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t light_stream = 0xa13ed, cosine_stream = 0xc051e, group_stream = 0x9e3779b97f4a7c15;
+constexpr std::uint64_t light_stream = 0xa13ed, cosine_stream = 0xc051e, facet_stream = 0xface7,
+                        group_stream = 0x9e3779b97f4a7c15;
 // Where more than one in `close_share` hemisphere rays meets an emitter, there are `closer` times as many samples:
 // close to emitters there is the most light, and the largest variance.
 constexpr int close_share = 16, closer = 4;
@@ -32,9 +33,11 @@ public:
           points_(points),
           options_(options),
           seed_(seed),
-          groups_(static_cast<std::size_t>(lights.groups())) {}
+          groups_(static_cast<std::size_t>(lights.groups())),
+          facets_(over_hemisphere ? lights.facets() : nullptr) {}
 
     Rgb operator()(const Place& place) {
+        if (facets_ && facets_->form_factor(place.position, place.normal) * close_share < 1.0) return far_light(place);
         const int groups = lights_.groups(),
                   few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
         EvenPoints even_cosine(4, seed_ + cosine_stream, stream_of(place));
@@ -80,13 +83,58 @@ public:
     }
 
 private:
+    // What facets bring that are no larger than a sixteenth of all that the place sees: in closed form, times the share
+    // of light samples that arrive, which is noise in penumbrae alone.
+    Rgb far_light(const Place& place) {
+        const int groups = lights_.groups(),
+                  few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
+        Rgb out;
+        for (int g = 0; g < groups; ++g) {
+            Group& group = groups_[static_cast<std::size_t>(g)];
+            const std::uint64_t stream = stream_of(place) + static_cast<std::uint64_t>(g) * group_stream;
+            const Rgb all = mean_of_facets(g, place, stream);
+            if (all == Rgb{}) continue;
+            group.begin(seed_ + light_stream, stream);
+            take_facets(g, place, few, group);
+            // As of lamps: of those of which probes find nothing a share goes on, and a single shadow keeps its weight.
+            double scale = 1.0;
+            if (group.lit == 0) scale = group.random->uniform() < roulette ? 1.0 / roulette : 0.0;
+            const bool goes_on = scale > 0.0 && (group.lit == 0 || group.blocked > 1) && options_.rays > few;
+            if (!goes_on) {
+                out += group.share() * all;
+                continue;
+            }
+            const double further = 1.0 - 1.0 * few / options_.rays;
+            Rgb found = (1.0 - further) * (group.share() * all);
+            group.forget();
+            take_facets(g, place, options_.rays, group);
+            out += found + scale * further * (group.share() * all);
+        }
+        return out;
+    }
+
+    // Over the patch of a place.
+    Rgb mean_of_facets(int g, const Place& place, std::uint64_t stream) const {
+        if (place.shape == Place::point || !points_.is_patch(place.shape))
+            return facets_->irradiance(g, place.position, place.normal);
+        constexpr int count = 16;
+        EvenPoints even(2, seed_ + facet_stream, stream);
+        Rgb sum;
+        for (int k = 0; k < count; ++k) {
+            const double* u = even.next();
+            sum += facets_->irradiance(g, points_.at(place, u[0], u[1]), place.normal);
+        }
+        return sum / count;
+    }
+
     struct Sum {
         Rgb sum;
         int taken = 0;
     };
     struct Group : Sum {
         int lit = 0, blocked = 0;
-        double weight = 0.0;  // of what samples would bring but for what blocks them
+        double weight = 0.0;              // of what samples would bring but for what blocks them
+        double passed = 0.0, sent = 0.0;  // the same without weights of MIS, of those that arrive and of all
         std::optional<EvenPoints> even;
         std::optional<Random> random;
         void begin(std::uint64_t seed, std::uint64_t stream) {
@@ -94,6 +142,8 @@ private:
             even.emplace(4, seed, stream);
             random.emplace(seed, stream);
         }
+        double share() const { return sent > 0.0 ? passed / sent : 0.0; }
+        void forget() { passed = sent = 0.0, taken = 0; }
     };
 
     // Of all rays, by powers of 2, which are the evenest.
@@ -153,6 +203,26 @@ private:
         }
     }
 
+    void take_facets(int g, const Place& place, int count, Group& group) {
+        light_.clear();
+        whole_.clear();
+        for (; group.taken < count; ++group.taken) {
+            const double* u = group.even->next();
+            const Vec3 from = points_.at(place, u[2], u[3]);
+            const LightRay ray = lights_.sample_facets(from, place.normal, u[0], u[1], g);
+            if (!(ray.length > 0.0)) continue;
+            light_.add({from, place.normal, place.surfel}, ray);
+            const double cosine = dot(place.normal, ray.direction);
+            whole_.push_back(brightness(ray.irradiance) * (1.0 + cosine / (pi * ray.density)));
+        }
+        const std::vector<char>& arrives = light_.trace(tracer_);
+        for (std::size_t r = 0; r < whole_.size(); ++r) {
+            (arrives[r] ? group.lit : group.blocked) += 1;
+            group.sent += whole_[r];
+            group.passed += arrives[r] ? whole_[r] : 0.0;
+        }
+    }
+
     bool over_hemisphere_;
     const Tracer& tracer_;
     const LightSampler& lights_;
@@ -160,11 +230,13 @@ private:
     const DirectOptions& options_;
     const std::uint64_t seed_;
     std::vector<Group> groups_;
+    const EmissiveFacets* facets_;
     Sum over_;
     int met_ = 0;
     std::vector<Ray> rays_;
     LightRays light_;
     std::vector<Rgb> gain_;
+    std::vector<double> whole_;  // of each light sample, without its weight of MIS
     std::vector<Hit> hits_;
 };
 

@@ -19,6 +19,7 @@ struct CosineShare {
 };
 
 constexpr std::size_t most_clusters = 8;
+constexpr std::size_t most_edges = 64;         // of emissive patches in closed form: as much as many rays
 constexpr double least_gap = 0.05;             // of the side of a cluster
 constexpr double outstanding = 8.0;            // times the mean exitance: an eighth of what shines at most
 constexpr double golden = 0.6180339887498949;  // turns of a square's side that spread candidates evenly
@@ -100,6 +101,7 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
     }
     if (!emitting.empty()) take_emitters(emitting);
     number_groups();
+    if (candidates_ > 1) find_facets();
 }
 
 // Clusters are split where the gap between surfels is widest, if it is no small part of them.
@@ -179,6 +181,16 @@ void LightSampler::number_groups() {
         if (light.kind != PointLike::distant) light.group = next();
 }
 
+void LightSampler::find_facets() {
+    if (emitters_.empty() || clusters_.size() != static_cast<std::size_t>(groups_)) return;
+    std::vector<EmissiveFacets::Piece> pieces;
+    for (const Piece& p : emitters_)
+        pieces.push_back(
+            {{p.a, p.b, p.c}, p.normal, surfels_.emission[p.surfel], clusters_[cluster_of_[p.surfel]].group});
+    facets_.emplace(pieces, groups_);
+    if (facets_->edges() > most_edges) facets_.reset();
+}
+
 template <class Weigh>
 LightRay LightSampler::resampled(const Vec3& point, const Vec3& normal, double u, double v, double choice, int group,
                                  const Weigh& weigh) const {
@@ -236,6 +248,10 @@ LightRay LightSampler::sample(const Vec3& point, const GlossyLobe& lobe, double 
         const double scale = p > 0.0 ? (p + cosine / pi) / (p + lobe.density(ray.direction)) : 1.0;
         ray.irradiance = (scale / cosine) * (lobe.value(ray.direction) * ray.irradiance);
     });
+}
+
+LightRay LightSampler::sample_facets(const Vec3& point, const Vec3& normal, double u, double v, int group) const {
+    return towards_emitters(clusters_[static_cast<std::size_t>(group)], 1, point, normal, u, v);
 }
 
 Rgb LightSampler::unoccluded(const Vec3& point, const Vec3& normal) const {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
+#include "surflux/lights/emissive_facets.h"
 #include "surflux/lights/environment.h"
 #include "surflux/lights/glossy_lobe.h"
 #include "surflux/lights/spot_cone.h"
@@ -68,8 +70,12 @@ public:
     // The same with what a glossy surface sends of the light instead of irradiance, of rays that it draws.
     LightRay sample(const Vec3& point, const GlossyLobe& lobe, double u, double v, double choice,
                     int group = all_groups) const;
+    // One towards the emissive surfels of a group of which facets() tells, by their power alone.
+    LightRay sample_facets(const Vec3& point, const Vec3& normal, double u, double v, int group) const;
     // What all lamps, which are no surfels, would bring if nothing stood between, in closed form.
     Rgb unoccluded(const Vec3& point, const Vec3& normal) const;
+    // Emissive surfels in closed form, by group: where all are patches and few edges tell them.
+    const EmissiveFacets* facets() const { return facets_ ? &*facets_ : nullptr; }
     // What a ray drawn with density cos / pi finds of lights that sample() draws too, and of the constant sky, as
     // irradiance: pi times the radiance times its MIS weight. `hit` is what it meets first.
     Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
@@ -111,6 +117,7 @@ private:
     struct Emitting;
     void take_emitters(const std::vector<Emitting>& emitting);
     void number_groups();
+    void find_facets();
     template <class Weigh>
     LightRay resampled(const Vec3& point, const Vec3& normal, double u, double v, double choice, int group,
                        const Weigh& weigh) const;
@@ -144,6 +151,7 @@ private:
     std::vector<int> image_groups_;
     int groups_ = 0;
     std::vector<double> emitters_up_to_;  // share of the power of their cluster up to and with each
+    std::optional<EmissiveFacets> facets_;
 };
 
 }  // namespace surflux

@@ -116,3 +116,26 @@ def test_patches_of_the_lion(scans):
     found = sf.inward_patches(lion.flipped(piece)) > 0
     assert found[piece].mean() > 0.95
     assert found[~piece & ~own].mean() < 0.005
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("apart", [1e-14, 1e-6, 0.01])
+def test_near_copies_of_points_do_not_tilt_normals(seed, apart):
+    """As of two exports of one cloud, one rounded: normals of points that stand there twice were off by 10 degrees."""
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(0.0, 60.0, (2000, 2))
+    points = np.column_stack([xy, 2.0 * np.sin(xy[:, 0] / 5.0)])
+    true = np.column_stack([-0.4 * np.cos(xy[:, 0] / 5.0), np.zeros(2000), np.ones(2000)])
+    true /= np.linalg.norm(true, axis=1)[:, None]
+    inside = np.all((xy > 3.0) & (xy < 57.0), axis=1)
+    twice = rng.random(2000) < 0.3
+
+    def off(points):
+        found = sf.Surfels(points, viewpoint=(30, 30, 1e4)).normals[:2000]
+        return np.degrees(np.arccos(np.clip((found * true).sum(axis=1), -1.0, 1.0)))[inside & twice]
+
+    copies = points[twice] + apart * rng.normal(size=(np.count_nonzero(twice), 3))
+    copies[:, 2] = 2.0 * np.sin(copies[:, 0] / 5.0)
+    once, found = (np.sqrt(np.mean(off(of) ** 2)) for of in (points, np.concatenate([points, copies])))
+    assert once < 1.1
+    assert found < once + 0.9

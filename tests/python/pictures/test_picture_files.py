@@ -71,7 +71,7 @@ def test_pixels_of_hdr_are_radiance_times_exposure(tmp_path, said, times):
     """Files of one radiance, exposed otherwise, are one picture."""
     pixels = np.full((4, 7, 3), 0.5)
     found = sf.read_image(write_hdr(tmp_path / "exposed.hdr", pixels * times, said))
-    np.testing.assert_allclose(found, pixels, rtol=0.01)
+    np.testing.assert_allclose(found, pixels, rtol=0.02)  # half a step of the largest channel
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,5 +1,7 @@
 """Patches of one object end where walls of another one stand on them."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -130,3 +132,23 @@ def test_what_was_cut_is_not_found_to_be_cut_again():
     again = sf.divide_patches(cut)
     assert len(cut[0]) > len(room)
     assert [len(s) for s in again] == [len(s) for s in cut]
+
+
+@pytest.mark.parametrize("lighting", ["local", "sky"])
+def test_transfers_tell_of_walls_on_patches(lighting):
+    """A strip of ground along a house had no light in a year of sun, without a word; solve told of it."""
+    ground = sf.Surfels.from_mesh(([[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]], [[0, 1, 2, 3]]), patch_area=4.0)
+    wall = sf.Surfels.from_mesh(([[-3, 0.5, 0], [3, 0.5, 0], [3, 0.5, 2], [-3, 0.5, 2]], [[0, 1, 2, 3]]))
+    options = {"levels": 2, "rays": 16}
+    with pytest.warns(UserWarning, match="object 0: walls of other objects stand on . patches of it"):
+        sf.precompute_transfer(sf.Scene([ground, wall]), lighting, **options)
+    cut = sf.Scene(sf.divide_patches([ground, wall]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sf.precompute_transfer(cut, lighting, **options)
+
+
+def test_a_scene_is_no_list_of_objects():
+    square = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
+    with pytest.raises(ValueError, match=r"at least one Surfels, got Scene; a Scene has one, its objects"):
+        sf.divide_patches(sf.Scene([square]))

@@ -274,3 +274,12 @@ def test_the_core_refuses_arrays_that_do_not_fit():
         core.with_areas(np.ones(len(core) + 1))
     with pytest.raises(ValueError, match="indices: wanted those of surfels"):
         core.select(np.array([len(core)], np.uint32))
+
+
+def test_masked_values_are_refused():
+    """What stood behind the mask was taken: -9999, as rasters have it."""
+    holed = np.ma.masked_less([[0.0, 0, 0], [1, 0, 0], [-9999, 0, 0]], -9000)
+    with pytest.raises(ValueError, match="points: wanted numbers throughout, got a masked array"):
+        sf.Surfels(holed, [[0, 0, 1]] * 3)
+    whole = sf.Surfels(np.ma.array(holed.data, mask=False), [[0, 0, 1]] * 3, radii=1.0)
+    assert whole.points[2, 0] == -9999

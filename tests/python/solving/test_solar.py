@@ -248,7 +248,7 @@ def test_a_transfer_used_again_has_the_bounces_that_are_asked_for():
     np.testing.assert_allclose(*(of.hourly(chosen).reflected for of in (again, every)), rtol=1e-6)
     assert three.transfer.bounces == 3
     assert len(again.transfer.patches) == len(three.transfer.patches)
-    with pytest.raises(ValueError, match="^patches: transfer has 145, which count; got 577"):
+    with pytest.raises(ValueError, match=r"^patches: transfer has 145, which count; got 577"):
         sf.solar_irradiation(scene, skies=DAY, patches=577, transfer=three.transfer)
 
 
