@@ -24,7 +24,7 @@ Key key_of(const Vec3& p) { return {p.x + 0.0, p.y + 0.0, p.z + 0.0}; }
 
 EmissiveFacets::EmissiveFacets(const std::vector<Piece>& pieces, int groups) {
     // The edge of a triangle and that of its neighbour are one, the other way round.
-    std::map<std::pair<Key, Key>, std::uint32_t> edge_of;
+    std::map<std::pair<Key, Key>, std::vector<std::uint32_t>> edges_of;
     DisjointSets facets(pieces.size());
     const auto corners = [&](std::size_t k) {
         const Triangle& t = pieces[k].triangle;
@@ -32,13 +32,25 @@ EmissiveFacets::EmissiveFacets(const std::vector<Piece>& pieces, int groups) {
     };
     for (std::uint32_t k = 0; k < pieces.size(); ++k) {
         const std::array<Vec3, 4> c = corners(k);
-        for (int e = 0; e < 3; ++e) edge_of.emplace(std::pair{key_of(c[e]), key_of(c[e + 1])}, k);
+        for (int e = 0; e < 3; ++e) edges_of[{key_of(c[e]), key_of(c[e + 1])}].push_back(k);
     }
+    // The only piece alike along an edge, or none: of pieces in one place it could not be told which goes on where.
+    constexpr std::uint32_t none = 0xffffffffu;
+    const auto only = [&](std::uint32_t k, const Vec3& from, const Vec3& to) {
+        std::uint32_t out = none;
+        const auto found = edges_of.find({key_of(from), key_of(to)});
+        if (found == edges_of.end()) return none;
+        for (const std::uint32_t other : found->second) {
+            const Piece &a = pieces[k], &b = pieces[other];
+            if (a.group != b.group || !(a.exitance == b.exitance) || !(dot(a.normal, b.normal) > parallel)) continue;
+            if (out != none) return none;
+            out = other;
+        }
+        return out;
+    };
     const auto neighbour = [&](std::uint32_t k, const Vec3& from, const Vec3& to) {
-        const auto found = edge_of.find({key_of(to), key_of(from)});
-        if (found == edge_of.end()) return k;
-        const Piece &a = pieces[k], &b = pieces[found->second];
-        return a.group == b.group && a.exitance == b.exitance && dot(a.normal, b.normal) > parallel ? found->second : k;
+        const std::uint32_t other = only(k, from, to) == k ? only(k, to, from) : none;
+        return other == none ? k : other;
     };
     for (std::uint32_t k = 0; k < pieces.size(); ++k) {
         const std::array<Vec3, 4> c = corners(k);
@@ -71,7 +83,8 @@ EmissiveFacets::EmissiveFacets(const std::vector<Piece>& pieces, int groups) {
                 all.push_back({c[e], c[e + 1]});
                 is_simple = border.emplace(key_of(c[e]), all.back()).second && is_simple;
             }
-            triangles_.push_back(pieces[k].triangle);
+            facet.area += area_of(pieces[k].triangle);
+            triangles_.push_back({pieces[k].triangle, pieces[k].surfel, facet.area});
         }
         // Edges that go straight on are one.
         if (is_simple) {
@@ -96,12 +109,21 @@ EmissiveFacets::EmissiveFacets(const std::vector<Piece>& pieces, int groups) {
     for (std::size_t g = 1; g < first_of_group_.size(); ++g) first_of_group_[g] += first_of_group_[g - 1];
 }
 
-Rgb EmissiveFacets::irradiance(int group, const Vec3& point, const Vec3& normal) const {
-    Rgb out;
-    const auto g = static_cast<std::size_t>(group);
-    for (std::uint32_t f = first_of_group_[g]; f < first_of_group_[g + 1]; ++f)
-        out += form_factor(facets_[f], point, normal) * facets_[f].exitance;
-    return out;
+EmissiveFacets::Sample EmissiveFacets::sample(std::uint32_t facet, double u, double v) const {
+    const Facet& f = facets_[facet];
+    const Part *part = &triangles_[f.triangles], *last = &triangles_[f.triangles_end - 1];
+    u *= f.area;
+    part = std::upper_bound(part, last, u, [](double at, const Part& of) { return at < of.up_to; });
+    const double area = area_of(part->triangle);
+    const Vec3 w = square_to_triangle(std::clamp((u - (part->up_to - area)) / area, 0.0, 1.0), v);
+    return {w.x * part->triangle.a + w.y * part->triangle.b + w.z * part->triangle.c, part->surfel};
+}
+
+Rgb EmissiveFacets::irradiance(std::uint32_t facet, const Sample& sample, const Vec3& point, const Vec3& normal) const {
+    const Vec3 d = sample.place - point;
+    const double squared = length_squared(d), up = dot(normal, d), facing = -dot(facets_[facet].normal, d);
+    if (!(up > 0.0 && facing > 0.0)) return {};
+    return (facets_[facet].area * up * facing / (pi * squared * squared)) * facets_[facet].exitance;
 }
 
 double EmissiveFacets::form_factor(const Vec3& point, const Vec3& normal) const {
@@ -120,7 +142,8 @@ double EmissiveFacets::form_factor(const Facet& facet, const Vec3& point, const 
     if (!(highest > 0.0)) return 0.0;
     if (lowest < 0.0) {  // the horizon cuts it
         for (std::uint32_t t = facet.triangles; t < facet.triangles_end; ++t) {
-            const Vec3 corners[] = {triangles_[t].a, triangles_[t].b, triangles_[t].c};
+            const Triangle& of = triangles_[t].triangle;
+            const Vec3 corners[] = {of.a, of.b, of.c};
             sum += element_to_polygon(point, normal, corners, 3);
         }
         return sum;

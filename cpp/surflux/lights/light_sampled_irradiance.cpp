@@ -37,7 +37,8 @@ public:
           facets_(over_hemisphere ? lights.facets() : nullptr) {}
 
     Rgb operator()(const Place& place) {
-        if (facets_ && facets_->form_factor(place.position, place.normal) * close_share < 1.0) return far_light(place);
+        if (facets_ && facets_->form_factor(place.position, place.normal) * close_share < 1.0)
+            if (const std::optional<Rgb> found = far_light(place)) return *found;
         const int groups = lights_.groups(),
                   few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
         EvenPoints even_cosine(4, seed_ + cosine_stream, stream_of(place));
@@ -84,18 +85,20 @@ public:
 
 private:
     // What facets bring that are no larger than a sixteenth of all that the place sees: in closed form, times the share
-    // of light samples that arrive, which is noise in penumbrae alone.
-    Rgb far_light(const Place& place) {
+    // of light samples that arrive, which is noise in penumbrae alone. Nothing where probes cannot tell, of a lamp that
+    // hardly rises over the horizon.
+    std::optional<Rgb> far_light(const Place& place) {
         const int groups = lights_.groups(),
                   few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
         Rgb out;
         for (int g = 0; g < groups; ++g) {
             Group& group = groups_[static_cast<std::size_t>(g)];
             const std::uint64_t stream = stream_of(place) + static_cast<std::uint64_t>(g) * group_stream;
-            const Rgb all = mean_of_facets(g, place, stream);
+            const Rgb all = light_of_facets(g, place, stream);
             if (all == Rgb{}) continue;
             group.begin(seed_ + light_stream, stream);
             take_facets(g, place, few, group);
+            if (group.lit + group.blocked == 0) return {};
             // As of lamps: of those of which probes find nothing a share goes on, and a single shadow keeps its weight.
             double scale = 1.0;
             if (group.lit == 0) scale = group.random->uniform() < roulette ? 1.0 / roulette : 0.0;
@@ -105,7 +108,7 @@ private:
                 continue;
             }
             const double further = 1.0 - 1.0 * few / options_.rays;
-            Rgb found = (1.0 - further) * (group.share() * all);
+            const Rgb found = (1.0 - further) * (group.share() * all);
             group.forget();
             take_facets(g, place, options_.rays, group);
             out += found + scale * further * (group.share() * all);
@@ -113,18 +116,26 @@ private:
         return out;
     }
 
-    // Over the patch of a place.
-    Rgb mean_of_facets(int g, const Place& place, std::uint64_t stream) const {
-        if (place.shape == Place::point || !points_.is_patch(place.shape))
-            return facets_->irradiance(g, place.position, place.normal);
+    // What they all would bring, and of_facets_, by which samples are drawn: means over the patch of a place.
+    Rgb light_of_facets(int g, const Place& place, std::uint64_t stream) {
         constexpr int count = 16;
+        const bool is_patch = place.shape != Place::point && points_.is_patch(place.shape);
         EvenPoints even(2, seed_ + facet_stream, stream);
-        Rgb sum;
-        for (int k = 0; k < count; ++k) {
+        at_.clear();
+        for (int k = 0; k < (is_patch ? count : 1); ++k) {
             const double* u = even.next();
-            sum += facets_->irradiance(g, points_.at(place, u[0], u[1]), place.normal);
+            at_.push_back(is_patch ? points_.at(place, u[0], u[1]) : place.position);
         }
-        return sum / count;
+        Rgb all;
+        of_facets_.clear();
+        for (std::uint32_t f = facets_->first_of(g); f < facets_->end_of(g); ++f) {
+            Rgb sum;
+            for (const Vec3& at : at_) sum += facets_->irradiance(f, at, place.normal);
+            all += sum / static_cast<double>(at_.size());
+            of_facets_.push_back((of_facets_.empty() ? 0.0 : of_facets_.back()) + brightness(sum));
+        }
+        for (double& up_to : of_facets_) up_to /= of_facets_.back();
+        return all;
     }
 
     struct Sum {
@@ -133,8 +144,8 @@ private:
     };
     struct Group : Sum {
         int lit = 0, blocked = 0;
-        double weight = 0.0;              // of what samples would bring but for what blocks them
-        double passed = 0.0, sent = 0.0;  // the same without weights of MIS, of those that arrive and of all
+        double weight = 0.0;  // of what samples would bring but for what blocks them
+        Rgb passed, sent;     // of samples of facets, that arrive and of all
         std::optional<EvenPoints> even;
         std::optional<Random> random;
         void begin(std::uint64_t seed, std::uint64_t stream) {
@@ -142,8 +153,13 @@ private:
             even.emplace(4, seed, stream);
             random.emplace(seed, stream);
         }
-        double share() const { return sent > 0.0 ? passed / sent : 0.0; }
-        void forget() { passed = sent = 0.0, taken = 0; }
+        // By channel, for facets have colours of their own.
+        Rgb share() const {
+            Rgb out;
+            for (int c = 0; c < 3; ++c) out[c] = sent[c] > 0.0 ? passed[c] / sent[c] : 0.0;
+            return out;
+        }
+        void forget() { passed = sent = {}, taken = 0; }
     };
 
     // Of all rays, by powers of 2, which are the evenest.
@@ -209,17 +225,21 @@ private:
         for (; group.taken < count; ++group.taken) {
             const double* u = group.even->next();
             const Vec3 from = points_.at(place, u[2], u[3]);
-            const LightRay ray = lights_.sample_facets(from, place.normal, u[0], u[1], g);
-            if (!(ray.length > 0.0)) continue;
-            light_.add({from, place.normal, place.surfel}, ray);
-            const double cosine = dot(place.normal, ray.direction);
-            whole_.push_back(brightness(ray.irradiance) * (1.0 + cosine / (pi * ray.density)));
+            const auto facet = std::upper_bound(of_facets_.begin(), of_facets_.end() - 1, u[0]);
+            const double below = facet == of_facets_.begin() ? 0.0 : facet[-1], share = *facet - below;
+            const std::uint32_t f = facets_->first_of(g) + static_cast<std::uint32_t>(facet - of_facets_.begin());
+            const EmissiveFacets::Sample to = facets_->sample(f, std::clamp((u[0] - below) / share, 0.0, 1.0), u[1]);
+            const Rgb brings = facets_->irradiance(f, to, from, place.normal) / share;
+            if (brings == Rgb{}) continue;
+            light_.add({from, place.normal, place.surfel},
+                       {normalized(to.place - from), Ray{}.length, brings, to.surfel});
+            whole_.push_back(brings);
         }
         const std::vector<char>& arrives = light_.trace(tracer_);
         for (std::size_t r = 0; r < whole_.size(); ++r) {
             (arrives[r] ? group.lit : group.blocked) += 1;
             group.sent += whole_[r];
-            group.passed += arrives[r] ? whole_[r] : 0.0;
+            if (arrives[r]) group.passed += whole_[r];
         }
     }
 
@@ -236,7 +256,9 @@ private:
     std::vector<Ray> rays_;
     LightRays light_;
     std::vector<Rgb> gain_;
-    std::vector<double> whole_;  // of each light sample, without its weight of MIS
+    std::vector<Vec3> at_;           // points of a place
+    std::vector<double> of_facets_;  // share of what facets of a group bring, up to and with each
+    std::vector<Rgb> whole_;         // what samples of facets bring
     std::vector<Hit> hits_;
 };
 

@@ -182,11 +182,11 @@ void LightSampler::number_groups() {
 }
 
 void LightSampler::find_facets() {
-    if (emitters_.empty() || clusters_.size() != static_cast<std::size_t>(groups_)) return;
+    if (emitters_.empty()) return;
     std::vector<EmissiveFacets::Piece> pieces;
     for (const Piece& p : emitters_)
         pieces.push_back(
-            {{p.a, p.b, p.c}, p.normal, surfels_.emission[p.surfel], clusters_[cluster_of_[p.surfel]].group});
+            {{p.a, p.b, p.c}, p.normal, surfels_.emission[p.surfel], p.surfel, clusters_[cluster_of_[p.surfel]].group});
     facets_.emplace(pieces, groups_);
     if (facets_->edges() > most_edges) facets_.reset();
 }
@@ -248,10 +248,6 @@ LightRay LightSampler::sample(const Vec3& point, const GlossyLobe& lobe, double 
         const double scale = p > 0.0 ? (p + cosine / pi) / (p + lobe.density(ray.direction)) : 1.0;
         ray.irradiance = (scale / cosine) * (lobe.value(ray.direction) * ray.irradiance);
     });
-}
-
-LightRay LightSampler::sample_facets(const Vec3& point, const Vec3& normal, double u, double v, int group) const {
-    return towards_emitters(clusters_[static_cast<std::size_t>(group)], 1, point, normal, u, v);
 }
 
 Rgb LightSampler::unoccluded(const Vec3& point, const Vec3& normal) const {

@@ -70,8 +70,6 @@ public:
     // The same with what a glossy surface sends of the light instead of irradiance, of rays that it draws.
     LightRay sample(const Vec3& point, const GlossyLobe& lobe, double u, double v, double choice,
                     int group = all_groups) const;
-    // One towards the emissive surfels of a group of which facets() tells, by their power alone.
-    LightRay sample_facets(const Vec3& point, const Vec3& normal, double u, double v, int group) const;
     // What all lamps, which are no surfels, would bring if nothing stood between, in closed form.
     Rgb unoccluded(const Vec3& point, const Vec3& normal) const;
     // Emissive surfels in closed form, by group: where all are patches and few edges tell them.
