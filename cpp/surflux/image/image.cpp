@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 enum class Format { exr, hdr, png };
 
 constexpr float hdr_limit = 0x1p127f;  // of values: exponents are a byte
+constexpr float hdr_rounding = 1e-6f;  // of the largest: what is so little below 0 is 0
 
 // By suffix from this list alone: OpenImageIO has readers for dozens of formats, some with known overflows, and must
 // never guess among them.
@@ -180,9 +181,10 @@ void write_image(const std::string& path, const Image& image) try {
     const Format format = format_of(path);
     check_channels(image, format);
     check_target(path);
+    const float below = -hdr_rounding * *std::max_element(image.pixels.begin(), image.pixels.end());
     if (format == Format::hdr)
         for (const float value : image.pixels)
-            require(value >= 0.0f && value < hdr_limit, "image: .hdr takes values from 0 to 1.7e38, got ", value,
+            require(value >= below && value < hdr_limit, "image: .hdr takes values from 0 to 1.7e38, got ", value,
                     "; .exr takes any");
     const auto output = OIIO::ImageOutput::create(library_name(format));
     if (!output) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
@@ -202,11 +204,11 @@ void write_image(const std::string& path, const Image& image) try {
         throw FileError(path, "", reason_or(output->geterror(), "cannot be opened for writing"));
     }
     Image encoded;
-    if (format == Format::png) {
-        encoded = image;
-        each_color(encoded, srgb_encode);
-    }
-    const std::vector<float>& pixels = format == Format::png ? encoded.pixels : image.pixels;
+    if (format != Format::exr) encoded = image;
+    if (format == Format::png) each_color(encoded, srgb_encode);
+    if (format == Format::hdr)
+        for (float& value : encoded.pixels) value = std::max(0.0f, value);
+    const std::vector<float>& pixels = format == Format::exr ? image.pixels : encoded.pixels;
     if (!output->write_image(OIIO::TypeDesc::FLOAT, pixels.data()) || !output->close()) {
         throw FileError(path, "", reason_or(output->geterror(), "cannot be written"));
     }

@@ -86,7 +86,7 @@ public:
 private:
     // What facets bring that are no larger than a sixteenth of all that the place sees: in closed form, times the share
     // of light samples that arrive, which is noise in penumbrae alone. Nothing where probes cannot tell, of a lamp that
-    // hardly rises over the horizon.
+    // hardly rises over the horizon. Probes and further samples have a share each, as above.
     std::optional<Rgb> far_light(const Place& place) {
         const int groups = lights_.groups(),
                   few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
@@ -99,19 +99,20 @@ private:
             group.begin(seed_ + light_stream, stream);
             take_facets(g, place, few, group);
             if (group.lit + group.blocked == 0) return {};
-            // As of lamps: of those of which probes find nothing a share goes on, and a single shadow keeps its weight.
-            double scale = 1.0;
-            if (group.lit == 0) scale = group.random->uniform() < roulette ? 1.0 / roulette : 0.0;
-            const bool goes_on = scale > 0.0 && (group.lit == 0 || group.blocked > 1) && options_.rays > few;
-            if (!goes_on) {
-                out += group.share() * all;
-                continue;
+            // Where all probes find the same a share of the places goes on, and what it finds beside that counts for
+            // the others, which took it to be so.
+            const Rgb probed = group.share();
+            double scale = options_.rays > few ? 1.0 : 0.0;
+            if (group.lit == 0 || group.blocked == 0)
+                scale *= group.random->uniform() < roulette ? 1.0 / roulette : 0.0;
+            Rgb share = probed;
+            if (scale > 0.0) {
+                const double further = 1.0 - 1.0 * few / options_.rays;
+                group.forget();
+                take_facets(g, place, options_.rays, group);
+                share += scale * further * (group.share() - probed);
             }
-            const double further = 1.0 - 1.0 * few / options_.rays;
-            const Rgb found = (1.0 - further) * (group.share() * all);
-            group.forget();
-            take_facets(g, place, options_.rays, group);
-            out += found + scale * further * (group.share() * all);
+            out += share * all;
         }
         return out;
     }

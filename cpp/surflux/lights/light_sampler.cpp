@@ -101,7 +101,7 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
     }
     if (!emitting.empty()) take_emitters(emitting);
     number_groups();
-    if (candidates_ > 1) find_facets();
+    if (surfels_alone_ && candidates_ > 1) find_facets();
 }
 
 // Clusters are split where the gap between surfels is widest, if it is no small part of them.

@@ -72,7 +72,7 @@ public:
                     int group = all_groups) const;
     // What all lamps, which are no surfels, would bring if nothing stood between, in closed form.
     Rgb unoccluded(const Vec3& point, const Vec3& normal) const;
-    // Emissive surfels in closed form, by group: where all are patches and few edges tell them.
+    // Emissive surfels in closed form, by group: of_surfels() has them, where all are patches and few edges tell them.
     const EmissiveFacets* facets() const { return facets_ ? &*facets_ : nullptr; }
     // What a ray drawn with density cos / pi finds of lights that sample() draws too, and of the constant sky, as
     // irradiance: pi times the radiance times its MIS weight. `hit` is what it meets first.

@@ -98,7 +98,8 @@ Vec3 SurfaceNormal::star(const std::vector<Neighbor>& group, const Vec3& n) {
         const Vec3 d = (places_[group[k].index] - places_[group[0].index]) / reach_;
         const double u = dot(d, frame.u), v = dot(d, frame.v), flat = std::hypot(u, v);
         // As far away as it is in space: what rises steeply from the plane is no near neighbour.
-        if (length(d) > nearest && flat > 1e-6 * length(d)) spokes_.push_back({u / (flat * length(d)), v / (flat * length(d)), d});
+        const double away = length(d);
+        if (away > nearest && flat > 1e-6 * away) spokes_.push_back({u / (flat * away), v / (flat * away), d});
     }
     if (spokes_.size() < 3) return n;
     std::sort(spokes_.begin(), spokes_.end(),

@@ -261,6 +261,7 @@ def picture_path(name, path):
 def _bar(title, values, height):
     """Arguments of pyvista's scale below the picture, with digits enough to tell values at its marks apart."""
     letters = max(6, round(_LETTERS * height))
+    values = values[np.isfinite(values)]
     low, high = (float(np.min(values)), float(np.max(values))) if len(values) else (0.0, 0.0)
     step, largest = (high - low) / 4.0, max(abs(low), abs(high))
     digits = int(np.clip(np.ceil(np.log10(largest / step)) + 2, 4, 7)) if step > 0.0 else 4

@@ -23,11 +23,13 @@ def colors_of_parts(mesh, face, triangles):
     if mesh.of_faces is None and mesh.reflectance is not None:
         of_corners = mesh.reflectance[mesh.indices]
         reflectance = np.clip(interpolated(mesh, of_corners, face, triangles.mean(axis=1)), 0.0, of_corners.max())
+    read = None
     for use in mesh.textures:
         values = exitance if use.shines else reflectance
         row = np.minimum(np.searchsorted(use.faces, face), len(use.faces) - 1)
         on_it = np.flatnonzero(use.faces[row] == face)
-        texture = use.read() if len(on_it) else None
+        if len(on_it) and use.read is not read:  # else it is that of the use before
+            read, texture = use.read, use.read()
         for first in range(0, len(on_it), _MANY):
             some = on_it[first : first + _MANY]
             places = interpolated(mesh, mesh.places, face[some].repeat(3), triangles[some].reshape(-1, 3))
@@ -48,8 +50,11 @@ def go_on(mesh, face, other):
         for number, use in enumerate(mesh.textures):
             one[use.faces, int(use.shines)] = number
         result &= (one[face] == one[other]).all(axis=1)
-        on_it = result & (one[face] >= 0).any(axis=1)
-        result[on_it] = _near(mesh, mesh.places, face[on_it], points[on_it], corner[on_it], repeats=True)
+        for number, use in enumerate(mesh.textures):
+            on_it = np.flatnonzero(result & (one[face, int(use.shines)] == number))
+            if len(on_it):
+                places = mesh.places * use.scale
+                result[on_it] = _near(mesh, places, face[on_it], points[on_it], corner[on_it], repeats=True)
     return result
 
 

@@ -28,12 +28,12 @@ def warn_of_gloss(surfels):
         )
 
 
-def require_energy(reflectance, gloss):
+def require_energy(reflectance, gloss, where="index"):
     """gloss, if no surfel reflects more than it gets: reflectance + specular < 1 in each channel."""
     if gloss and gloss["specular"].any():
         both = reflectance + gloss["specular"]
         if np.any(both >= 1.0):
-            where = tuple(int(i) for i in np.argwhere(both >= 1.0)[0])
-            got = f"got {both[where]:g} at index {where}"
+            at = tuple(int(i) for i in np.argwhere(both >= 1.0)[0])
+            got = f"got {both[at]:g} at {where} {at}"
             raise ValueError(f"specular: wanted reflectance + specular below 1 in every channel, {got}")
     return gloss

@@ -30,7 +30,7 @@ def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
     alike = partial(go_on, mesh) if varies_within_faces(mesh) else None
     patches = make_patches(*mesh[:3], patch_area, materials, divided=True, go_on=alike)
     reflectance, emission = _colors_of_patches(mesh, patches)
-    gloss = require_energy(reflectance, {name: values[patches.faces] for name, values in gloss.items()})
+    gloss = require_energy(reflectance, {name: values[patches.faces] for name, values in gloss.items()}, "patch")
     core = _core.Surfels(
         patches.centroids,
         patches.normals,
@@ -72,10 +72,11 @@ def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
     points, triangle = _core.sample_evenly(patches.triangles, n, CANDIDATES, seed, progress=stage("samples"))
     patch = patches.triangle_patch[triangle]
     normals = patches.normals[patch]
-    own = _colors_around(mesh, points, patches.faces[patch], patches.triangles[triangle], patches.areas.sum() / n)
-    reflectance, emission = (
-        mine if its is None else its for mine, its in zip(own, (reflectance, emission), strict=True)
-    )
+    if reflectance is None or emission is None:
+        own = _colors_around(mesh, points, patches.faces[patch], patches.triangles[triangle], patches.areas.sum() / n)
+        reflectance, emission = (
+            mine if its is None else its for mine, its in zip(own, (reflectance, emission), strict=True)
+        )
     require_energy(reflectance, gloss)
     return make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission, **gloss)
 

@@ -207,6 +207,9 @@ def _convert(mesh):
 
 
 def _from_arrays(vertices, faces):
+    for name, given in (("vertices", vertices), ("faces", faces)):
+        if np.ma.is_masked(given):
+            raise ValueError(f"mesh {name}: wanted numbers throughout, got a masked array")
     try:
         vertices = np.array(vertices, dtype=np.float64)
         faces = faces if isinstance(faces, np.ndarray) and faces.ndim == 2 else [np.asarray(face) for face in faces]

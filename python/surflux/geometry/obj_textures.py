@@ -66,6 +66,7 @@ def paint(path, materials, which, looks, textured):
         except Exception as error:  # of Pillow, which raises many kinds
             lost.append(f"{str(file)!r} is not read ({type(error).__name__}: {error})")
             continue
+        read = partial(read_texture, file)
         for k, keyword, scale, shift in of_file:
             faces, (values, most) = order[begin[k] : begin[k + 1]], looks[keyword]
             if textured is None:
@@ -78,7 +79,7 @@ def paint(path, materials, which, looks, textured):
             tints[~tints.any(axis=1) | (keyword not in materials[k])] = 1.0
             faces, tints = faces[known], most * tints[known]
             values[faces] = tints * means[known]
-            uses.append(TextureUse(faces, tints, partial(read_texture, file), scale, shift, keyword == b"ke"))
+            uses.append(TextureUse(faces, tints, read, scale, shift, keyword == b"ke"))
     if lost:
         more = f" (and {len(set(lost)) - 1} more)" if len(set(lost)) > 1 else ""
         warn(f"{path}: texture {lost[0]}{more}; {_alone(looks)} there")

@@ -302,3 +302,26 @@ def test_faces_that_are_turned_over_keep_their_texture(tmp_path):
     assert np.ptp(s.normals[:, 2]) == 0.0
     np.testing.assert_allclose(s.reflectance, at_places(s), atol=0.025)
     assert path.exists()
+
+
+def test_half_of_a_picture_is_no_whole_repeat(tmp_path):
+    """Places that jump by 1 where -s .5 makes half a picture of it: the second triangle had the other half."""
+    jump = "vt 1 0\nvt 2 1\nvt 1 1\nf 1/1 2/2 3/3\nf 1/5 3/6 4/7\n"
+    path = with_picture(tmp_path, "newmtl one\nmap_Kd -s .5 1 1 a.png\n", jump)
+    s = sf.Surfels.from_mesh(path, patch_area=1 / 50)
+    lower = s.points[:, 1] < s.points[:, 0]
+    for part, shift in ((lower, 0.0), (~lower, 0.5)):
+        wanted = at_places(s, lambda x, y, shift=shift: (0.5 * x + shift, y))
+        np.testing.assert_allclose(s.reflectance[part], wanted[part], atol=0.025)
+
+
+def test_a_picture_of_many_materials_is_read_once(tmp_path, monkeypatch):
+    from surflux.geometry import obj_textures
+
+    library = "".join(f"newmtl m{k}\nKd .{k + 1} .5 .5\nmap_Kd a.png\n" for k in range(4))
+    faces = "".join(f"usemtl m{k}\nf 1/1 2/2 3/3 4/4\n" for k in range(4))
+    path = with_picture(tmp_path, library, faces)
+    read, times = obj_textures.read_texture, []
+    monkeypatch.setattr(obj_textures, "read_texture", lambda file: times.append(file) or read(file))
+    sf.Surfels.from_mesh(path, patch_area=1 / 10)
+    assert len(times) == 2  # once for faces, once for their parts
