@@ -32,3 +32,62 @@ def solve(scene, solver, seed):
     if solver == "meshless":
         return sf.solve_meshless(scene, seed=seed)
     return sf.solve(scene, transport="rays", insert=False, seed=seed)
+
+
+def rectangle(corner, u, v, **looks):
+    a, u, v = np.array(corner, float), np.array(u), np.array(v)
+    return sf.Surfels.from_mesh(([a, a + u, a + u + v, a + v], [[0, 1, 2, 3]]), **{"reflectance": 0.0} | looks)
+
+
+def leaves(count):
+    """Squares of 4 cm, both sides, at random places below a lamp of 1 m at 3 m."""
+    rng = np.random.default_rng(0)
+    at = np.column_stack([rng.uniform(-0.6, 0.6, (count, 2)), rng.uniform(2.3, 2.9, count)])
+    square = 0.02 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    corners = (at[:, None] + square).reshape(-1, 3)
+    return sf.Surfels.from_mesh((corners, np.arange(4 * count).reshape(-1, 4)), reflectance=0.0, two_sided=True)
+
+
+def below(size, cells):
+    return rectangle([-size / 2, -size / 2, 0], [size, 0, 0], [0, size, 0], patch_area=(size / cells) ** 2)
+
+
+FAR = rectangle([-10, -10, -1], [20, 0, 0], [0, 20, 0], patch_area=50.0)
+DOWN = ([-0.5, -0.5, 3], [0, 1, 0], [1, 0, 0])
+PENDANT = np.array([[x, y, z] for z in (2.0, 2.1) for x, y in ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))])
+SCENES = {
+    "cut": [rectangle(*DOWN, emission=10.0, patch_area=0.01)],
+    "both sides, cut": [rectangle(*DOWN, emission=10.0, patch_area=0.25, two_sided=True)],
+    "few leaves": [rectangle(*DOWN, emission=10.0), leaves(20)],
+    "more leaves": [rectangle(*DOWN, emission=10.0), leaves(80)],
+    "bright above": [
+        sf.Surfels.from_mesh((PENDANT, [[0, 3, 2, 1], [4, 5, 6, 7]]), reflectance=0.0, emission=[10.0, 1e4])
+    ],
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("solver", ["rays", "meshless"])
+def test_light_of_a_lamp_is_as_path_tracing_has_it(name, solver):
+    """Closed form times what arrives: of lamps cut or whole, of both sides, half hidden, and bright where none sees."""
+    ground = below(0.8, 20)
+    scene = sf.Scene([ground, FAR, *SCENES[name]])
+    true, _ = sf.reference_irradiance(scene, ground.points, ground.normals, samples=1024)
+    for seed in range(3):
+        found = solve(scene, solver, seed).irradiance[: len(ground)]
+        assert found.sum() == pytest.approx(true.sum(), rel=0.0035)
+
+
+def test_shadows_of_lamps_beside_each_other_have_their_colours():
+    """A red lamp is hidden, a green one beside it is not: the shadow of one took a share of both."""
+    lamps = [
+        rectangle([x, -0.25, 2], [0, 0.5, 0], [0.5, 0, 0], emission=e)
+        for x, e in ((-0.5, [10, 0, 0]), (0.0, [0, 10, 0]))
+    ]
+    screen = rectangle([0, -0.5, 1.5], [0, 1, 0], [0, 0, 0.5], two_sided=True)
+    ground = rectangle([2.5, -1, 0], [2, 0, 0], [0, 2, 0], patch_area=0.04)
+    scene = sf.Scene([ground, FAR, *lamps, screen])
+    true, _ = sf.reference_irradiance(scene, ground.points, ground.normals, samples=1024)
+    assert true[:, 0].mean() < 0.1 * true[:, 1].mean()
+    found = sf.solve(scene, transport="rays", insert=False).irradiance[: len(ground)]
+    np.testing.assert_allclose(found.mean(axis=0), true.mean(axis=0), atol=0.02 * true[:, 1].mean())
