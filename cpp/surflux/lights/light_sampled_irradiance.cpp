@@ -117,25 +117,38 @@ private:
         return out;
     }
 
-    // What they all would bring, and of_facets_, by which samples are drawn: means over the patch of a place.
+    // What they all would bring, and of_facets_, by which samples are drawn: means over the patch of a place, of more
+    // points where it changes much.
     Rgb light_of_facets(int g, const Place& place, std::uint64_t stream) {
-        constexpr int count = 16;
-        const bool is_patch = place.shape != Place::point && points_.is_patch(place.shape);
+        constexpr int few = 16, many = 256;
+        constexpr double much = 0.1;  // standard deviation, over the mean
+        of_facets_.assign(facets_->end_of(g) - facets_->first_of(g), {});
         EvenPoints even(2, seed_ + facet_stream, stream);
-        at_.clear();
-        for (int k = 0; k < (is_patch ? count : 1); ++k) {
-            const double* u = even.next();
-            at_.push_back(is_patch ? points_.at(place, u[0], u[1]) : place.position);
-        }
+        const bool is_patch = place.shape != Place::point && points_.is_patch(place.shape);
+        int taken = 0;
+        double sum = 0.0, squares = 0.0;
+        const auto take = [&](int count) {
+            for (; taken < count; ++taken) {
+                const double* u = even.next();
+                const Vec3 at = is_patch ? points_.at(place, u[0], u[1]) : place.position;
+                double here = 0.0;
+                for (std::uint32_t f = 0; f < of_facets_.size(); ++f) {
+                    const Rgb brings = facets_->irradiance(facets_->first_of(g) + f, at, place.normal);
+                    of_facets_[f] += brings;
+                    here += brightness(brings);
+                }
+                sum += here, squares += here * here;
+            }
+        };
+        take(is_patch ? few : 1);
+        if (taken * squares > (1.0 + much * much) * sum * sum) take(many);
         Rgb all;
-        of_facets_.clear();
-        for (std::uint32_t f = facets_->first_of(g); f < facets_->end_of(g); ++f) {
-            Rgb sum;
-            for (const Vec3& at : at_) sum += facets_->irradiance(f, at, place.normal);
-            all += sum / static_cast<double>(at_.size());
-            of_facets_.push_back((of_facets_.empty() ? 0.0 : of_facets_.back()) + brightness(sum));
+        up_to_.clear();
+        for (const Rgb& brings : of_facets_) {
+            all += brings / taken;
+            up_to_.push_back((up_to_.empty() ? 0.0 : up_to_.back()) + brightness(brings));
         }
-        for (double& up_to : of_facets_) up_to /= of_facets_.back();
+        for (double& up_to : up_to_) up_to /= up_to_.back();
         return all;
     }
 
@@ -226,9 +239,9 @@ private:
         for (; group.taken < count; ++group.taken) {
             const double* u = group.even->next();
             const Vec3 from = points_.at(place, u[2], u[3]);
-            const auto facet = std::upper_bound(of_facets_.begin(), of_facets_.end() - 1, u[0]);
-            const double below = facet == of_facets_.begin() ? 0.0 : facet[-1], share = *facet - below;
-            const std::uint32_t f = facets_->first_of(g) + static_cast<std::uint32_t>(facet - of_facets_.begin());
+            const auto facet = std::upper_bound(up_to_.begin(), up_to_.end() - 1, u[0]);
+            const double below = facet == up_to_.begin() ? 0.0 : facet[-1], share = *facet - below;
+            const std::uint32_t f = facets_->first_of(g) + static_cast<std::uint32_t>(facet - up_to_.begin());
             const EmissiveFacets::Sample to = facets_->sample(f, std::clamp((u[0] - below) / share, 0.0, 1.0), u[1]);
             const Rgb brings = facets_->irradiance(f, to, from, place.normal) / share;
             if (brings == Rgb{}) continue;
@@ -257,9 +270,9 @@ private:
     std::vector<Ray> rays_;
     LightRays light_;
     std::vector<Rgb> gain_;
-    std::vector<Vec3> at_;           // points of a place
-    std::vector<double> of_facets_;  // share of what facets of a group bring, up to and with each
-    std::vector<Rgb> whole_;         // what samples of facets bring
+    std::vector<Rgb> of_facets_;  // of a group: what each brings, summed over points of a place
+    std::vector<double> up_to_;   // the share of that, up to and with each
+    std::vector<Rgb> whole_;      // what samples of facets bring
     std::vector<Hit> hits_;
 };
 
