@@ -112,7 +112,7 @@ private:
                 take_facets(g, place, options_.rays, group);
                 share += scale * further * (group.share() - probed);
             }
-            out += share * all;
+            for (int c = 0; c < 3; ++c) out[c] += std::max(0.0, share[c]) * all[c];
         }
         return out;
     }
