@@ -181,11 +181,12 @@ void write_image(const std::string& path, const Image& image) try {
     const Format format = format_of(path);
     check_channels(image, format);
     check_target(path);
-    const float below = -hdr_rounding * *std::max_element(image.pixels.begin(), image.pixels.end());
-    if (format == Format::hdr)
+    if (format == Format::hdr) {
+        const float below = -hdr_rounding * *std::max_element(image.pixels.begin(), image.pixels.end());
         for (const float value : image.pixels)
             require(value >= below && value < hdr_limit, "image: .hdr takes values from 0 to 1.7e38, got ", value,
                     "; .exr takes any");
+    }
     const auto output = OIIO::ImageOutput::create(library_name(format));
     if (!output) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),

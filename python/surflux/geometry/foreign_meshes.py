@@ -129,14 +129,8 @@ def _from_parts(parts):
         return parts[0]
     before = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
     faces = [part.indices + first for part, first in zip(parts, before, strict=True)]
-    if any(part.of_faces is not None for part in parts):
-        painted = {"of_faces": np.concatenate([part.face_reflectance() for part in parts])}
-    elif any(part.reflectance is not None for part in parts):
-        grey = (np.full((len(part.vertices), 3), 0.5) for part in parts)
-        each = (no if part.reflectance is None else part.reflectance for part, no in zip(parts, grey, strict=True))
-        painted = {"reflectance": np.concatenate([*each])}
-    else:
-        painted = {}
+    colored = any(part.reflectance is not None or part.of_faces is not None for part in parts)
+    painted = {"of_faces": np.concatenate([part.face_reflectance() for part in parts])} if colored else {}
     if any(part.textures for part in parts):
         first = np.cumsum([0] + [len(part.offsets) - 1 for part in parts[:-1]])
         uses = ((use, face) for part, face in zip(parts, first, strict=True) for use in part.textures)
