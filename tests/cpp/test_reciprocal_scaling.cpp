@@ -138,6 +138,22 @@ TEST(ReciprocalScaling, RowsMeetWhatSendersKnowThatTheySend) {
     EXPECT_NEAR(received / static_cast<double>(open.size()), static_cast<double>(met), 1e-6);
 }
 
+TEST(ReciprocalScaling, WhatNoRowMeetsHasTheFactorsOfItsNeighbours) {
+    // A roof tile in the sun among shaded ones, and no ray ended on it: final gathering may meet it.
+    const int rays = 64;
+    Rooms rooms(400, 1, rays, 3);
+    const std::size_t unseen = 7;
+    for (std::size_t k = 0; k < rooms.size(); ++k) rooms.g[k * rooms.size() + unseen] = 0.0;
+    RayExchange exchange = rooms.exchange(rays);
+    Random random(11);
+    for (std::size_t j = 0; j < rooms.size(); ++j)
+        exchange.sender[j].radiosity = exchange.sender[j].carried =
+            j == unseen ? 1.0f : 1e-3f * static_cast<float>(1.0 + random.uniform());
+    exchange.sender[unseen].met = 0.0f;
+    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    for (std::size_t j = 0; j < rooms.size(); ++j) EXPECT_NEAR(found.senders[j], 1.0, 0.35) << j;
+}
+
 TEST(DisjointSets, AreNumberedByTheirLeastMembers) {
     DisjointSets sets(7);
     sets.join(5, 1);

@@ -111,7 +111,9 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     const double unit_area = std::accumulate(s.areas.begin(), s.areas.end(), 0.0);
     exchange.area = areas_;
     for (double& area : exchange.area) area /= unit_area;
-    const auto carried_by = [&](std::uint32_t i) { return reflected(i, coefficients) + gather_.emission(i); };
+    const auto carried_by = [&](std::uint32_t i) {
+        return std::max(0.0, reflected(i, coefficients)) + gather_.emission(i);
+    };
     double brightest = 0.0;
     for (std::uint32_t i = 0; i < s.size(); ++i) brightest = std::max(brightest, carried_by(i) + exitance(i));
     const double unit_radiosity = brightest > 0.0 ? brightest : 1.0;
@@ -158,11 +160,11 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     return surflux::scale_by_reciprocity(exchange, progress);
 }
 
-// Of what a surfel sends of light in the basis, the luminance.
+// Of what a surfel sends of light in the basis, the luminance: less than 0 where functions of several levels are off.
 double MeshlessExchange::reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const {
     const double outside = means_.outside(surfel);
     if (outside == 0.0) return 0.0;
-    return std::max(0.0, luminance(scene_.surfels.reflectance[surfel] * means_.mean(surfel, coefficients)) / outside);
+    return luminance(scene_.surfels.reflectance[surfel] * means_.mean(surfel, coefficients)) / outside;
 }
 
 HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalScaling& scaling,
@@ -174,7 +176,8 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         emission_met(scaling.groups, 0.0), reflected_met(scaling.groups, 0.0);
     for (std::uint32_t i = 0; i < n; ++i) {
         emission[i] = gather_.emission(i);
-        out.radiosity.push_back(reflected(i, coefficients));
+        const double carried = reflected(i, coefficients);
+        out.radiosity.push_back(std::max(0.0, carried));
         const double area = scene_.surfels.areas[i] * means_.outside(i);
         const double lost = scaling.lost[scaling.group[i]] * (losses_[i].escape + losses_[i].into_backs);
         const double area_met = area * std::max(0.0, 1.0 - lost);
@@ -184,7 +187,7 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         exitance_met[scaling.group[i]] += area_of_exitance * exitance(i);
         exitance_variance[scaling.group[i]] += error * error;
         emission_met[scaling.group[i]] += area_met * emission[i];
-        reflected_met[scaling.group[i]] += area_met * out.radiosity[i];
+        reflected_met[scaling.group[i]] += area_met * carried;
     }
     std::vector<Rgb> sent;
     gather_.sent(coefficients, sent);
@@ -196,9 +199,9 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
             const std::uint32_t group = scaling.group[i];
             if (wanted[group] > 0.0 && found[group] > 0.0)
                 // Between what senders and what receivers say: their geometric mean, weighted by inverse variances.
-                of[i] =
-                    std::pow(wanted[group] / found[group],
-                             scaling.variances[group].sender_weight(variance[group] / (wanted[group] * wanted[group])));
+                of[i] = ReciprocalScaling::bounded(std::pow(
+                    wanted[group] / found[group],
+                    scaling.variances[group].sender_weight(variance[group] / (wanted[group] * wanted[group]))));
         }
         return of;
     };
@@ -252,8 +255,9 @@ void MeshlessExchange::share_among_wide(const ReciprocalScaling& scaling, const 
             arrived_of_wide[part[group]] -= arrived[group];
     for (std::size_t group = 0; group < scaling.groups; ++group)
         if (is_wide[group])
-            arrived[group] =
-                sends[group] > 0.0 ? sends[group] * arrived_of_wide[part[group]] / sent_by_wide[part[group]] : 0.0;
+            arrived[group] = sends[group] > 0.0 && sent_by_wide[part[group]] > 0.0
+                                 ? sends[group] * arrived_of_wide[part[group]] / sent_by_wide[part[group]]
+                                 : 0.0;
 }
 
 Figures MeshlessExchange::power(const Solution& solution) const {

@@ -13,11 +13,11 @@ namespace {
 constexpr double least_rays = 256.0;   // that met a group: its factor has a standard error of 6 % at most
 constexpr double normal_weight = 0.5;  // as Bisection has it
 constexpr int most_rounds = 50;
-constexpr double even = 1e-12;  // relative variance of radiosity within a group that sends about the same
-constexpr double largest_step = 2.0;
-constexpr double least_progress = 0.95;  // of a round, or it is the last of its part
-constexpr double rounding = 1e-6;        // of shares of hemispheres, as sums of floats
-constexpr double tolerance = 1e-7;       // of what is sent, that columns may be off by
+constexpr double even = 1e-12;             // relative variance of radiosity within a group that sends about the same
+constexpr double furthest_standing = 2.0;  // in standard deviations: of what lies further out rays tell too little
+constexpr double least_progress = 0.95;    // of a round, or it is the last of its part
+constexpr double rounding = 1e-6;          // of shares of hemispheres, as sums of floats
+constexpr double tolerance = 1e-7;         // of what is sent, that columns may be off by
 
 // What rays tell of a sender: the sum of their weights, and of the squares of these.
 struct EvidenceOfOne {
@@ -104,7 +104,8 @@ struct GroupOfSenders {
     double receivers_bias = 0.0, bias = 0.0, variance = 0.0;
     double power_met = 0.0;  // what of all that it sends meets fronts, by its own rays
     Account area, power;     // of what rows carry
-    double squared = 0.0;    // what all receive, weighted by the square of what is carried
+    // What all receive of both, weighted by its senders' standings.
+    double standing_area = 0.0, standing_power = 0.0;
 
     double mean_carried() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
     // Bias is all alike in a group: it adds up.
@@ -116,12 +117,12 @@ struct GroupOfSenders {
         const double lost = power.all - power.sent;
         return lost > rounding * power.all ? std::max(0.0, power.all - power.found) / lost : 0.0;
     }
-    // The factor a + b B of senders of which rows carry B, with which both accounts are as wanted.
+    // The factor a + b standing of senders, with which both accounts are as wanted.
     void factor(double& a, double& b) const {
         a = area.found > 0.0 ? area.wanted / area.found : 1.0, b = 0.0;
-        const double determinant = area.found * squared - power.found * power.found;
-        if (!(determinant > even * area.found * squared)) return;
-        a = (area.wanted * squared - power.wanted * power.found) / determinant;
+        const double determinant = area.found * standing_power - power.found * standing_area;
+        if (!(power.found > 0.0) || !(determinant > even * area.found * power.found)) return;
+        a = (area.wanted * standing_power - power.wanted * standing_area) / determinant;
         b = (area.found * power.wanted - power.found * area.wanted) / determinant;
     }
 };
@@ -138,6 +139,7 @@ public:
         out.rows.assign(exchange.area.size(), 1.0);
         make_groups(progress);
         out.senders.assign(exchange.sender.size(), 1.0);
+        find_standings();
         receive();
         report(progress, 0, most_rounds);
         for (GroupOfSenders& of : groups_) {
@@ -157,8 +159,7 @@ public:
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
                 if (!parts_[g_.sender[j].part].done)
-                    out.senders[j] *= std::clamp(a[k] + b[k] * static_cast<double>(g_.sender[j].carried),
-                                                 1.0 / largest_step, largest_step);
+                    out.senders[j] = ReciprocalScaling::bounded(out.senders[j] * (a[k] + b[k] * standing(j)));
             }
             receive();
         }
@@ -177,15 +178,43 @@ private:
             weights_[k] = g_.area[k] * out.rows[k];
         }
         g_.scatter(weights_, received_);
-        for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.squared = 0.0;
+        for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.standing_area = of.standing_power = 0.0;
         for (std::size_t j = 0; j < received_.size(); ++j) {
             GroupOfSenders& of = groups_[out.group[j]];
             const double carried = static_cast<double>(g_.sender[j].carried), found = out.senders[j] * received_[j];
             of.area.found += found;
             of.power.found += carried * found;
-            of.squared += carried * carried * found;
+            of.standing_area += standing(j) * found;
+            of.standing_power += standing(j) * carried * found;
         }
     }
+
+    // Of each sender, how far what it carries is from its group's mean, in standard deviations, by what all receive.
+    // What no row has met may carry far more than what was: a factor linear in `carried` itself would be without
+    // bounds there, and final gathering meets it.
+    void find_standings() {
+        struct Moments {
+            double all = 0.0, carried = 0.0, squared = 0.0;
+        };
+        std::vector<Moments> moments(groups_.size());
+        g_.scatter(g_.area, received_);
+        for (std::size_t j = 0; j < received_.size(); ++j) {
+            const double carried = static_cast<double>(g_.sender[j].carried), found = std::max(0.0, received_[j]);
+            Moments& of = moments[out.group[j]];
+            of.all += found, of.carried += carried * found, of.squared += carried * carried * found;
+        }
+        standing_.assign(received_.size(), 0.0f);
+        for (std::size_t j = 0; j < received_.size(); ++j) {
+            const Moments& of = moments[out.group[j]];
+            if (!(of.carried > 0.0)) continue;
+            const double mean = of.carried / of.all, variance = of.squared / of.all - mean * mean;
+            if (variance > even * mean * mean)
+                standing_[j] = static_cast<float>(
+                    std::clamp((static_cast<double>(g_.sender[j].carried) - mean) / std::sqrt(variance),
+                               -furthest_standing, furthest_standing));
+        }
+    }
+    double standing(std::size_t sender) const { return static_cast<double>(standing_[sender]); }
 
     bool is_done() {
         for (Part& part : parts_) part.last = part.off, part.off = 0.0;
@@ -249,6 +278,7 @@ private:
 
     const RayExchange& g_;
     std::vector<double> weights_, received_;
+    std::vector<float> standing_;
     std::vector<GroupOfSenders> groups_;
     std::vector<Part> parts_;
     int rounds_ = 0;

@@ -50,6 +50,11 @@ struct RayExchange {
 };
 
 struct ReciprocalScaling {
+    // A group's factor has a standard error of some percent. Where more than this is wanted, rows have too little of
+    // what it sends for any factor to mend, such as in cracks where none are: it stays off, and `after` has it.
+    static constexpr double largest_factor = 2.0;
+    static double bounded(double factor) { return std::clamp(factor, 1.0 / largest_factor, largest_factor); }
+
     std::vector<double> rows, senders;
     std::vector<std::uint32_t> group;  // of each sender
     std::size_t groups = 0;
@@ -71,12 +76,12 @@ struct ReciprocalScaling {
 
 // Factors r and s with which r G s has the rows it had and, group by group of senders, columns by reciprocity (Sinkhorn
 // and Knopp 1967): sum_k area[k] r[k] G[k, j] s[j] = area[j] met[j], of the area and of the power that a group sends,
-// for which s is linear in the radiosity within it. A group is as small as some hundred rays that met it allow:
-// neighbours in one connected part that face about the same way. So what is mended stays where it was lost, and no
-// factor knows of another part of the scene. Of both sides of that equation the one that is known better counts for
-// more, by their variances: in a closed room `met` is 1 everywhere, without variance; where a ball rests on a wide
-// floor under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for
-// the sky is what the ball does not receive (`lost`).
+// for which s rises evenly with the radiosity within it, as far as rays tell of it. A group is as small as some hundred
+// rays that met it allow: neighbours in one connected part that face about the same way. So what is mended stays where
+// it was lost, and no factor knows of another part of the scene. Of both sides of that equation the one that is known
+// better counts for more, by their variances: in a closed room `met` is 1 everywhere, without variance; where a ball
+// rests on a wide floor under the sky, the floor's few rays that meet it say less than those of the ball, and what
+// leaves the floor for the sky is what the ball does not receive (`lost`).
 //   Rows are scaled last, with what they lose: r (G s + escape + into backs) = 1. So a row of which few rays met fronts
 // may meet more, as its senders have it; surfaces reflect less than 1, so the spectral radius is below 1, and a closed
 // uniform furnace is exact.
