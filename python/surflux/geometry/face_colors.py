@@ -1,19 +1,28 @@
-"""What parts of faces have of textures: a face that is cut, or sampled, has many."""
+"""What parts of faces have of textures, and of colours that vertices have: a face that is cut, or sampled, has many."""
 
 import numpy as np
 
 from surflux.geometry.texel_means import mean_texels
 
-_ALIKE = 1e-5  # texture coordinates
+_ALIKE = 1e-5  # texture coordinates and colours
 _MANY = 1 << 19  # parts of faces that are looked at together
+
+
+def varies_within_faces(mesh):
+    """Whether parts of a face of a Mesh may have other colours than the face."""
+    return bool(mesh.textures) or (mesh.of_faces is None and mesh.reflectance is not None)
 
 
 def colors_of_parts(mesh, face, triangles):
     """(reflectance, exitance), (t, 3) each, of triangles (t, 3, 3), each a part of a face (t,) of a Mesh.
 
-    The mean of the texture over it where there is one, else what the face has.
+    The mean of the texture over it where there is one, of the colours of vertices that of their linear interpolation;
+    else what the face has.
     """
     reflectance, exitance = mesh.face_reflectance()[face], mesh.face_emission()[face]
+    if mesh.of_faces is None and mesh.reflectance is not None:
+        of_corners = mesh.reflectance[mesh.indices]
+        reflectance = np.clip(interpolated(mesh, of_corners, face, triangles.mean(axis=1)), 0.0, of_corners.max())
     read = None
     for use in mesh.textures:
         values = exitance if use.shines else reflectance
@@ -30,25 +39,31 @@ def colors_of_parts(mesh, face, triangles):
 
 
 def go_on(mesh, face, other):
-    """(t,) whether textures of triangles `face` (t,) of a Mesh go on as they are on triangles `other` (t,) beside."""
+    """(t,) whether, of triangles `face` (t,) of a Mesh, colours go on as they are on triangles `other` (t,) beside."""
     corner = mesh.offsets[other][:, None] + np.arange(3)
     points = mesh.vertices[mesh.indices[corner]]
-    one = np.full((len(mesh.offsets) - 1, 2), -1)  # the texture of each face, and the one of what it sends
-    for number, use in enumerate(mesh.textures):
-        one[use.faces, int(use.shines)] = number
-    result = (one[face] == one[other]).all(axis=1)
-    for number, use in enumerate(mesh.textures):
-        on_it = np.flatnonzero(result & (one[face, int(use.shines)] == number))
-        if len(on_it):
-            result[on_it] = _near(mesh, mesh.places * use.scale, face[on_it], points[on_it], corner[on_it])
+    result = np.ones(len(face), bool)
+    if mesh.of_faces is None and mesh.reflectance is not None:
+        result &= _near(mesh, mesh.reflectance[mesh.indices], face, points, corner, repeats=False)
+    if mesh.textures:
+        one = np.full((len(mesh.offsets) - 1, 2), -1)  # the texture of each face, and the one of what it sends
+        for number, use in enumerate(mesh.textures):
+            one[use.faces, int(use.shines)] = number
+        result &= (one[face] == one[other]).all(axis=1)
+        for number, use in enumerate(mesh.textures):
+            on_it = np.flatnonzero(result & (one[face, int(use.shines)] == number))
+            if len(on_it):
+                places = mesh.places * use.scale
+                result[on_it] = _near(mesh, places, face[on_it], points[on_it], corner[on_it], repeats=True)
     return result
 
 
-def _near(mesh, values, face, points, corner):
-    """(t,) whether places (k, 2) at corners (t, 3) are those of the face (t,) there, but for whole repeats."""
+def _near(mesh, values, face, points, corner, repeats):
+    """(t,) whether values (k, d) at corners (t, 3) are those of the face (t,) there."""
     there = interpolated(mesh, values, face.repeat(3), points.reshape(-1, 3))
     off = there.reshape(*corner.shape, values.shape[1]) - values[corner]
-    off -= np.round(off[:, :1])
+    if repeats:  # a texture repeats itself
+        off -= np.round(off[:, :1])
     return (np.abs(off) < _ALIKE).all(axis=(1, 2))
 
 

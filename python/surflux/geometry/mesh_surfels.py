@@ -9,7 +9,7 @@ from surflux import _core
 from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
-from surflux.geometry.face_colors import colors_of_parts, go_on
+from surflux.geometry.face_colors import colors_of_parts, go_on, varies_within_faces
 from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
 from surflux.geometry.sheets import sheet_faces, with_backs
@@ -27,7 +27,7 @@ class Faces(NamedTuple):
 def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
     """(_core.Surfels, Faces) of a Mesh with gloss (see gloss_arrays) per face."""
     materials = np.column_stack([mesh.face_reflectance(), mesh.face_emission(), *gloss.values()])
-    alike = partial(go_on, mesh) if mesh.textures else None
+    alike = partial(go_on, mesh) if varies_within_faces(mesh) else None
     patches = make_patches(*mesh[:3], patch_area, materials, divided=True, go_on=alike)
     reflectance, emission = _colors_of_patches(mesh, patches)
     gloss = require_energy(reflectance, {name: values[patches.faces] for name, values in gloss.items()}, "patch")
@@ -52,7 +52,7 @@ def _colors_of_patches(mesh, patches):
     """Reflectance and emission (n, 3) of Patches of a Mesh: of its faces or, of those that were cut, of their parts."""
     values = mesh.face_reflectance()[patches.faces], mesh.face_emission()[patches.faces]
     of_cut = (np.bincount(patches.faces) > 1)[patches.faces]
-    if mesh.textures and of_cut.any():
+    if varies_within_faces(mesh) and of_cut.any():
         some = of_cut[patches.triangle_patch]
         patch, triangles = patches.triangle_patch[some], patches.triangles[some]
         a, b, c = triangles.transpose(1, 0, 2)
@@ -84,7 +84,7 @@ def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
 def _colors_around(mesh, points, face, triangles, area):
     """Reflectance and emission (n, 3) that a Mesh has around points on faces (n,), each in one of triangles (n, 3, 3):
     the mean over so much of that, shrunk towards the point, as `area`."""
-    if not mesh.textures:
+    if not varies_within_faces(mesh):
         return mesh.face_reflectance()[face], mesh.face_emission()[face]
     a, b, c = triangles.transpose(1, 0, 2)
     share = np.sqrt(np.minimum(1.0, area / (0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))))
