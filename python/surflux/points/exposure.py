@@ -3,10 +3,19 @@
 import numpy as np
 
 from surflux._base.passes import LOG
+from surflux._base.warn import warn
 
 # A mean reflectance outside of this is the exposure's.
 _DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
 _HARDLY = 0.05  # a factor so close to 1 is none: what has white in it is exposed as far as it goes
+_MANY_BLACK = 0.01
+
+
+def warn_of_black(name, black, count):
+    """Warns where many colours, `black` of `count`, are exactly black: most files write that where they have none."""
+    if _MANY_BLACK * count < black < count:
+        share = f"{100 * black / count:.0f}%"
+        warn(f"{name}: {share} of the colours are black (0, 0, 0), as where a scan has none: they reflect nothing")
 
 
 def exposure_of_colors(mean, bright, raw):

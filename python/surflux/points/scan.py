@@ -16,6 +16,7 @@ from surflux._base.color import WHITE, linear_to_srgb, reflectance_of_colors, wh
 from surflux._base.files import file_error
 from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
+from surflux.points.exposure import warn_of_black
 from surflux.points.properties import unit_normals
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
 from surflux.points.seen_from import FACED, FACING, viewed_from
@@ -61,6 +62,19 @@ class Scan:
     """Of messages: the path."""
     frame: Mapping[str, Any] | None = None
     """Of a LAS file: steps of its coordinates, its reference system and format of points, which save keeps."""
+
+    def __post_init__(self) -> None:
+        n = len(np.atleast_1d(self.points))
+        own = {"points": check.rows("points", self.points, n, 3)}
+        for name in ("normals", "reflectance"):
+            if (value := getattr(self, name)) is not None:
+                own[name] = check.rows(name, value, n, 3)
+        own["viewpoints"] = check.rows("viewpoints", self.viewpoints, len(self.viewpoints), 3)
+        for name, values in own.items():
+            object.__setattr__(self, name, np.asarray(values, np.float64))
+        object.__setattr__(
+            self, "attributes", {name: check.rows(name, values, n) for name, values in self.attributes.items()}
+        )
 
     @property
     def viewpoint(self) -> Floats | None:
@@ -290,6 +304,7 @@ def _reflectance(path, colors, rows):
         raise file_error(path, f"point {rows[row]}: colour is {value:g}; wanted a finite number not below 0")
     if not np.any(colors):
         return None  # a record with room for colours that nobody filled in
+    warn_of_black(os.fsdecode(path), np.count_nonzero(~np.any(colors, axis=1)), len(colors))
     white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else "uchar", path)
     if white is None:
         row = int(np.argmax(colors.max(axis=1)))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, rgb_of_grey
-from surflux.points.exposure import exposed_by, exposure_of_colors
+from surflux.points.exposure import exposed_by, exposure_of_colors, warn_of_black
 
 _LEVELS = 65536  # of 16 bits
 
@@ -16,6 +16,7 @@ class Shades:
         self._raw, self._factor = raw_colors, None
         self._channels = np.zeros(_LEVELS, np.int64)  # how many have each value, but for black points
         self._brightest = np.zeros(_LEVELS, np.int64)
+        self._black = 0
         self._low, self._high, self._sum, self._count = np.inf, -np.inf, 0.0, 0
 
     def add(self, columns):
@@ -25,6 +26,7 @@ class Shades:
             most = colors.max(axis=1)
             self._channels += np.bincount(colors[most > 0].ravel(), minlength=_LEVELS)
             self._brightest += np.bincount(most[most > 0], minlength=_LEVELS)
+            self._black += int(np.count_nonzero(most == 0))
         if intensity is not None and len(intensity):
             self._low, self._high = min(self._low, intensity.min()), max(self._high, intensity.max())
             self._sum += float(intensity.sum(dtype=np.float64))
@@ -34,6 +36,10 @@ class Shades:
     def has_colors(self):
         """Whether any point has a colour; records have room for them that may not be filled in."""
         return bool(np.any(self._brightest))
+
+    def warn_of_black(self, name):
+        """Where many of the colours are exactly black, under `name`."""
+        warn_of_black(name, self._black, self._black + int(self._brightest.sum()))
 
     def of_colors(self, colors):
         """(n, 3) linear reflectance of colours as they are: .98 is white, of 8 or of 16 bits."""

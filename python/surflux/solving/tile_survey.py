@@ -93,6 +93,7 @@ class Survey:
             self.far.add(first)
             sample.add(first)
         report(told, len(headers), len(headers))
+        self.shades.warn_of_black("tiles")
         self.low, self.high = (np.array([box[side] for box in boxes]) for side in (0, 1))
         self.strays = not options.keep_outliers and some_stray(alone, counts.sum())
         self.overview = self._kept(sample.columns())

@@ -56,3 +56,23 @@ def test_what_is_wrong_is_still_refused(value):
         columns[next(iter(columns))][3] = value
         with pytest.raises(sf.FileError, match=f"a.ply: vertex 3: {name} is {value:g}; wanted"):
             sf.Scan(GRID, UP, attributes=columns, name="a.ply").surfels()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"points": 3.0}, r"points: wanted shape \(1, 3\), got \(\)"),
+        ({"points": [[0, 0]]}, r"points: wanted shape \(1, 3\), got \(1, 2\)"),
+        ({"points": [[0, 0, 0]], "reflectance": 0.5}, r"reflectance: wanted shape \(1, 3\), got \(\)"),
+        ({"points": [[0, 0, 0]], "normals": [[0, 0, 1]] * 2}, r"normals: wanted shape \(1, 3\), got \(2, 3\)"),
+        (
+            {"points": [[0, 0, 0]], "attributes": {"class": [1, 2]}},
+            r"class: wanted shape \(1,\) or \(1, k\), got \(2,\)",
+        ),
+        ({"points": [[0, 0, 0]], "viewpoints": [1, 2]}, r"viewpoints: wanted shape \(2, 3\), got \(2,\)"),
+    ],
+)
+def test_a_scan_of_arrays_that_do_not_fit_is_refused(given, message):
+    """Not at the first use: writing said that laspy cannot unpack an integer."""
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        sf.Scan(**given)

@@ -1,5 +1,7 @@
 """What is white of the colours of files: 1, 255 or 65535."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -47,11 +49,27 @@ def test_what_is_white_goes_by_most(tmp_path, ball, scale, white):
     if scale > 2:
         colors = np.rint(colors)
     colors[: N // 2] = 0
-    found = sf.read(written(tmp_path / "ball.npz", ball, colors)).reflectance
+    with pytest.warns(UserWarning, match=r"ball.npz: 50% of the colours are black \(0, 0, 0\)"):
+        found = sf.read(written(tmp_path / "ball.npz", ball, colors)).reflectance
     encoded = colors[-1] / white
     np.testing.assert_allclose(
         found[-1], 0.98 * np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4), rtol=1e-5
     )
+
+
+@pytest.mark.parametrize("suffix", ["ply", "xyz", "npz"])
+def test_many_black_colours_are_warned_of(tmp_path, ball, suffix):
+    """Files write black where a scan has no colour; a few shadows are black indeed."""
+    colors = np.full((N, 3), 100.0)
+    colors[:10] = 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sf.read(written(tmp_path / f"few.{suffix}", ball, colors))
+        sf.read_scan(written(tmp_path / f"few.{suffix}", ball, colors))
+    colors[:30] = 0
+    for read in (sf.read, sf.read_scan):
+        with pytest.warns(UserWarning, match=rf"many.{suffix}: 3% of the colours are black \(0, 0, 0\), as where"):
+            read(written(tmp_path / f"many.{suffix}", ball, colors))
 
 
 def test_one_of_few_does_not_say_what_white_is(tmp_path, ball):

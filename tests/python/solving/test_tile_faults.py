@@ -76,3 +76,13 @@ def test_a_message_of_exposure_names_the_argument(caplog):
         shades.reflectance(dark)
     assert "(raw_colors keeps them)" in caplog.text
     assert "--" not in caplog.text
+
+
+def test_points_of_tiles_without_a_colour_are_told(tmp_path):
+    """Counted over all tiles: where one has none, its points would reflect nothing, without a word."""
+    x, y = np.meshgrid(np.arange(40.0), np.arange(20.0))
+    for k in range(2):
+        points = np.stack([x.ravel() + 40.0 * k, y.ravel(), np.zeros(x.size)], axis=1)
+        sf.Scan(points, reflectance=np.full(points.shape, 0.5 * (1 - k))).save(tmp_path / f"{k}.laz")
+    with pytest.warns(UserWarning, match=r"tiles: 50% of the colours are black \(0, 0, 0\), as where a scan has none"):
+        sf.solve_tiles([tmp_path / "0.laz", tmp_path / "1.laz"], tmp_path / "out")
