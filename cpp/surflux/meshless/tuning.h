@@ -14,7 +14,8 @@ struct MeshlessTuning {
     double beyond_nook = 1.25, least_nook = 0.25;
     // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no
     // finer ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same
-    // ones again, so many times.
+    // ones again, so many times: where all light is close to one place of a cloud, as beside a small ball that glows,
+    // it is 7 % off, without 9 to 17 %; elsewhere neither better nor slower.
     double widest_spacing = 3.0;
     double repeats = 2.0;
 
