@@ -7,7 +7,7 @@ import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
-from surflux.geometry.gltf_materials import factor_of, is_gltf, linear_reflectance
+from surflux.geometry.gltf_materials import exitance_of, factor_of, is_gltf, linear_reflectance
 from surflux.geometry.texel_means import mean_texels
 from surflux.geometry.textures import TextureUse, texture_of
 
@@ -82,11 +82,11 @@ def convert(mesh):
     return None
 
 
-def _triangles(vertices, faces, reflectance=None, of_faces=None, places=None, textures=()):
+def _triangles(vertices, faces, reflectance=None, of_faces=None, exitance=None, places=None, textures=()):
     faces = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
     vertices = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     offsets = 3 * np.arange(len(faces) + 1)
-    return Mesh(vertices, offsets, faces.ravel(), reflectance, of_faces, places=places, textures=textures)
+    return Mesh(vertices, offsets, faces.ravel(), reflectance, of_faces, exitance, places, textures)
 
 
 def reflectance_of(colors):
@@ -131,6 +131,8 @@ def _from_parts(parts):
     faces = [part.indices + first for part, first in zip(parts, before, strict=True)]
     colored = any(part.reflectance is not None or part.of_faces is not None for part in parts)
     painted = {"of_faces": np.concatenate([part.face_reflectance() for part in parts])} if colored else {}
+    if any(part.exitance is not None for part in parts):
+        painted["exitance"] = np.concatenate([part.face_emission() for part in parts])
     if any(part.textures for part in parts):
         first = np.cumsum([0] + [len(part.offsets) - 1 for part in parts[:-1]])
         uses = ((use, face) for part, face in zip(parts, first, strict=True) for use in part.textures)
@@ -143,31 +145,38 @@ def _from_parts(parts):
 
 
 def _textured(visual, faces, colors):
-    """What _triangles takes of the texture of faces, and of the colour of their material, which it is times."""
+    """What _triangles takes of the material of faces, and of its textures, which it is times."""
     if colors is None:
         colors = visual.vertex_attributes.get("color")
-    material = visual.material
+    material, looks, uses = visual.material, {}, []
+    places = None if visual.uv is None else np.asarray(visual.uv, np.float64)[faces]
+
+    def of_faces(image, tint, most, shines=False):
+        tint = np.broadcast_to(tint, (len(faces), 3))
+        if image is None or places is None:
+            return np.clip(tint, 0.0, most)
+        texture = texture_of(image)
+        uses.append(TextureUse(np.arange(len(faces)), tint, lambda: texture, shines=shines, most=most))
+        return np.clip(tint * mean_texels(texture, places), 0.0, most)
+
     factor = factor_of(material)  # of glTF: linear
     if factor is not None and colors is not None:
         factor = factor * linear_reflectance(colors)[faces].mean(axis=1) / WHITE
-    diffuse = None if factor is not None else _diffuse(material)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    if image is not None and visual.uv is not None:
-        tint = np.ones(3)
-        if factor is not None:
-            tint = factor
-        elif diffuse is not None and diffuse.any():  # as paint has it for files
-            tint = diffuse
-        texture, places = texture_of(image), np.asarray(visual.uv, np.float64)[faces]
-        tint = np.broadcast_to(WHITE * tint, (len(faces), 3))
-        return {
-            "of_faces": np.clip(tint * mean_texels(texture, places), 0.0, WHITE),
-            "places": places.reshape(-1, 2),
-            "textures": (TextureUse(np.arange(len(faces)), tint, lambda: texture),),
-        }
+    diffuse = None if factor is not None else _diffuse(material)
     if factor is not None:
-        return {"of_faces": np.clip(WHITE * np.broadcast_to(factor, (len(faces), 3)), 0.0, WHITE)}
-    return {} if diffuse is None else {"of_faces": np.tile(np.clip(diffuse, 0.0, WHITE), (len(faces), 1))}
+        looks["of_faces"] = of_faces(image, WHITE * factor, WHITE)
+    elif image is not None and places is not None:
+        # As paint has it for files.
+        looks["of_faces"] = of_faces(image, WHITE * (diffuse if diffuse is not None and diffuse.any() else 1.0), WHITE)
+    elif diffuse is not None:
+        looks["of_faces"] = of_faces(None, diffuse, WHITE)
+    exitance = exitance_of(material)
+    if exitance is not None:
+        looks["exitance"] = of_faces(getattr(material, "emissiveTexture", None), exitance, np.inf, shines=True)
+    if uses:
+        looks |= {"places": places.reshape(-1, 2), "textures": tuple(uses)}
+    return looks
 
 
 def _diffuse(material):

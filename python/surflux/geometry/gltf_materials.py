@@ -1,4 +1,9 @@
-"""Base colours of glTF 2.0 as trimesh has them: factor times texture times COLOR_0, all linear (glTF 2.0, 3.9.2)."""
+"""Materials of glTF 2.0 as trimesh has them, and what of them it does not read.
+
+Base colours are factor times texture times COLOR_0, all linear (glTF 2.0, 3.9.2). What faces send by themselves is
+factor times texture times strength (3.9.4, KHR_materials_emissive_strength): radiance, so that they send pi times as
+much.
+"""
 
 import json
 
@@ -10,6 +15,7 @@ from surflux._base.warn import warn
 
 _UNSIGNED_SHORT = 5123  # a componentType
 _TRANSFORM = "KHR_texture_transform"
+_STRENGTH = "KHR_materials_emissive_strength"
 
 
 def is_gltf(mesh):
@@ -32,8 +38,38 @@ def factor_of(material):
     return np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
 
 
+def exitance_of(material):
+    """(3,): what faces of a material send by themselves, before its texture; None where they do not."""
+    factor = getattr(material, "emissiveFactor", None)
+    return None if factor is None or not np.any(factor) else np.pi * np.asarray(factor, np.float64)
+
+
+def take_strengths(path, scene):
+    """Multiplies the emissiveFactors that trimesh has read of a file by their strengths, which it does not read.
+
+    Materials are told by their names and factors; a FileError names those that are alike but for their strengths.
+    """
+    strengths = {}
+    for material in _header(path).get("materials", ()):
+        factor = tuple(material.get("emissiveFactor", ()))
+        strength = material.get("extensions", {}).get(_STRENGTH, {}).get("emissiveStrength", 1.0)
+        if any(factor) and strengths.setdefault((material.get("name"), factor), strength) != strength:
+            name = material.get("name", "without a name")
+            raise _core.FileError(
+                f"{path}: materials {name}: alike but for their emissiveStrength; wanted a name of each one's own"
+            )
+    seen = {}
+    for part in getattr(scene, "geometry", {}).values():
+        material = getattr(getattr(part, "visual", None), "material", None)
+        if exitance_of(material) is not None:
+            seen[id(material)] = material
+    for material in seen.values():
+        factor = material.emissiveFactor
+        material.emissiveFactor = factor * strengths.get((material.name, tuple(factor.tolist())), 1.0)
+
+
 def check_colors(path):
-    """What trimesh does not read of a file's base colours.
+    """What trimesh does not read of a file's base colours, and of what its faces send.
 
     A warning tells of other texture coordinates than the first, and of transforms; a FileError of colours of 16 bits
     without a material, of which trimesh takes the lower 8.
@@ -49,15 +85,16 @@ def check_colors(path):
             )
     left_out = set()
     for material in header.get("materials", ()):
-        texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
-        transform = texture.get("extensions", {}).get(_TRANSFORM)
-        if transform is not None:
-            left_out.add(_TRANSFORM)
-        if (transform or {}).get("texCoord", texture.get("texCoord", 0)) != 0:
-            left_out.add("texCoord")
+        of_base = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
+        for texture in (of_base, material.get("emissiveTexture", {})):
+            transform = texture.get("extensions", {}).get(_TRANSFORM)
+            if transform is not None:
+                left_out.add(_TRANSFORM)
+            if (transform or {}).get("texCoord", texture.get("texCoord", 0)) != 0:
+                left_out.add("texCoord")
     if left_out:
         what = " and ".join(sorted(left_out)) + (" is" if len(left_out) == 1 else " are")
-        warn(f"{path}: {what} not read of base colour textures: pictures lie on faces as TEXCOORD_0 has them")
+        warn(f"{path}: {what} not read of textures: pictures lie on faces as TEXCOORD_0 has them")
 
 
 def _header(path):

@@ -12,7 +12,7 @@ from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, white_of_c
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
-from surflux.geometry.gltf_materials import check_colors
+from surflux.geometry.gltf_materials import check_colors, take_strengths
 from surflux.geometry.obj_materials import looks_of_faces
 from surflux.geometry.stl import require_whole_stl
 from surflux.geometry.textures import TexturedFaces
@@ -194,7 +194,10 @@ def _read_with_pyvista(path):
 def _read_with_trimesh(path):
     import trimesh
 
-    return _convert(trimesh.load(path))  # parts of a scene stay apart, each with its material
+    scene = trimesh.load(path)
+    if Path(path).suffix.lower() in (".gltf", ".glb"):
+        take_strengths(path, scene)
+    return _convert(scene)  # parts of a scene stay apart, each with its material
 
 
 def _convert(mesh):

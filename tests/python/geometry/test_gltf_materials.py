@@ -1,4 +1,4 @@
-"""Base colours of glTF 2.0: factor times texture times COLOR_0, all linear."""
+"""Materials of glTF 2.0: colours are factor times texture times COLOR_0, light factor times texture times strength."""
 
 import io
 
@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from gltf_samples import glb
+from gltf_samples import glb, glb_parts
 
 trimesh = pytest.importorskip("trimesh")
 PIL = pytest.importorskip("PIL.Image")
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
 
 
-def written(path, material=None, colors=None, texture=None):
-    """A square; material: of glTF, or None. colors: of all corners, of any type. texture: (h, w, 3) bytes."""
+def written(path, material=None, colors=None, texture=None, **light):
+    """A square; material: its pbrMetallicRoughness, or None, and `light`, what else it has. colors: of all corners, of
+    any type. texture: (h, w, 3) bytes."""
     arrays = {"POSITION": CORNERS, "indices": np.array([0, 1, 2, 0, 2, 3], "<u2")[:, None]}
     arrays["TEXCOORD_0"] = np.array([[0.05, 0.05], [0.45, 0.05], [0.45, 0.45], [0.05, 0.45]], "<f4")
     if colors is not None:
@@ -39,7 +40,7 @@ def written(path, material=None, colors=None, texture=None):
     header |= {"meshes": [{"primitives": [primitive]}], "accessors": accessors, "bufferViews": views}
     if material is not None:
         primitive["material"] = 0
-        header["materials"] = [{"pbrMetallicRoughness": material}]
+        header["materials"] = [{"pbrMetallicRoughness": material, **light}]
     if texture is not None:
         png = io.BytesIO()
         PIL.fromarray(texture).save(png, "PNG")
@@ -87,10 +88,57 @@ def test_colours_multiply_textures(tmp_path):
     np.testing.assert_allclose(found, [0.4, 0.0, 0.08], atol=0.004)
 
 
+def strength(value):
+    return {"extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": value}}}
+
+
+def test_faces_send_what_a_material_says(tmp_path):
+    """emissiveFactor is radiance: a face sends pi times as much, by the strength that trimesh does not read."""
+    factor = {"emissiveFactor": [1.0, 0.5, 0.25]}
+    for light, wanted in ((factor, 1.0), (factor | strength(12.5), 12.5), (strength(12.5), 0.0)):
+        found = sf.Surfels.from_mesh(written(tmp_path / "lamp.glb", {}, **light))
+        np.testing.assert_allclose(found.emission[0], wanted * np.pi * np.array([1.0, 0.5, 0.25]), rtol=1e-6)
+        np.testing.assert_allclose(found.reflectance[0], 0.98)
+    own = sf.Surfels.from_mesh(tmp_path / "lamp.glb", emission=2.0)
+    np.testing.assert_allclose(own.emission, 2.0)
+    # In memory there is no strength.
+    np.testing.assert_allclose(
+        sf.Surfels.from_mesh(trimesh.load(written(tmp_path / "lamp.glb", {}, **factor))).emission[0, 0], np.pi
+    )
+
+
+def test_textures_send_light_where_they_are(tmp_path):
+    """Half of a square: its patches have their parts; the other part of the file has none."""
+    halves = np.zeros((64, 64, 3), np.uint8)
+    halves[:, :16] = 255
+    light = {"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}} | strength(3.0)
+    lamp = written(tmp_path / "lamp.glb", {"baseColorFactor": [0.5, 0.5, 0.5, 1]}, None, halves, **light)
+    cut = sf.Surfels.from_mesh(lamp, patch_area=1 / 64)
+    x = cut.points[:, 0]
+    np.testing.assert_allclose(cut.emission[x < 0.4], 3 * np.pi, rtol=1e-6)
+    np.testing.assert_allclose(cut.emission[x > 0.6], 0.0)
+    np.testing.assert_allclose(cut.reflectance, 0.49, atol=0.002)
+    both = trimesh.Scene([trimesh.load(lamp), trimesh.creation.box(bounds=[[3, 0, 0], [4, 1, 1]])])
+    whole = sf.Surfels.from_mesh(both)
+    np.testing.assert_allclose((whole.emission * whole.areas[:, None]).sum(axis=0), np.pi * 0.5, rtol=1e-6)
+    assert np.all(whole.points[whole.emission.any(axis=1), 0] < 1)
+
+
+def test_materials_that_strengths_alone_tell_apart_are_refused(tmp_path):
+    lamp = written(tmp_path / "lamp.glb", {}, emissiveFactor=[1, 1, 1], name="lamp", **strength(2.0))
+    header, data = glb_parts(lamp.read_bytes())
+    header["materials"].append(header["materials"][0] | strength(3.0))
+    lamp.write_bytes(glb(header, data))
+    with pytest.raises(
+        sf.FileError, match=r"lamp\.glb: materials lamp: alike but for their emissiveStrength; wanted a"
+    ):
+        sf.Surfels.from_mesh(lamp)
+
+
 @pytest.mark.parametrize(
     ("texture", "said"),
     [
-        ({"texCoord": 1}, "texCoord is not read of base colour textures"),
+        ({"texCoord": 1}, "texCoord is not read of textures"),
         ({"extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}}, "KHR_texture_transform is not read"),
     ],
 )
