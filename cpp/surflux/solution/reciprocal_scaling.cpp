@@ -13,7 +13,7 @@ namespace {
 constexpr double least_rays = 256.0;   // that met a group: its factor has a standard error of 6 % at most
 constexpr double normal_weight = 0.5;  // as Bisection has it
 constexpr int most_rounds = 50;
-constexpr double even = 1e-12;             // relative variance of radiosity within a group that sends about the same
+constexpr double even = 1e-4;              // relative variance of radiosity within a group that sends about the same
 constexpr double furthest_standing = 2.0;  // in standard deviations: of what lies further out rays tell too little
 constexpr double least_progress = 0.95;    // of a round, or it is the last of its part
 constexpr double rounding = 1e-6;          // of shares of hemispheres, as sums of floats
@@ -117,13 +117,12 @@ struct GroupOfSenders {
         const double lost = power.all - power.sent;
         return lost > rounding * power.all ? std::max(0.0, power.all - power.found) / lost : 0.0;
     }
-    // The factor a + b standing of senders, with which both accounts are as wanted.
-    void factor(double& a, double& b) const {
-        a = area.found > 0.0 ? area.wanted / area.found : 1.0, b = 0.0;
-        const double determinant = area.found * standing_power - power.found * standing_area;
-        if (!(power.found > 0.0) || !(determinant > even * area.found * power.found)) return;
-        a = (area.wanted * standing_power - power.wanted * standing_area) / determinant;
-        b = (area.found * power.wanted - power.found * area.wanted) / determinant;
+    // By how much a standard deviation more is to be worth, so that senders carry as much as is wanted of their area.
+    double tilt() const {
+        if (!(power.found > 0.0) || !(area.wanted > 0.0)) return 0.0;
+        const double mean = power.wanted / area.wanted, more = standing_power - mean * standing_area;
+        const double missing = mean * area.found - power.found;
+        return more > even * power.found ? missing / more : std::copysign(1.0, missing);
     }
 };
 
@@ -154,12 +153,19 @@ public:
     void run(const Progress& progress) {
         for (; !is_done() && rounds_ < most_rounds; ++rounds_) {
             report(progress, static_cast<std::size_t>(rounds_), most_rounds);
-            std::vector<double> a(groups_.size()), b(groups_.size());
-            for (std::size_t k = 0; k < groups_.size(); ++k) groups_[k].factor(a[k], b[k]);
+            std::vector<double> tilt, area(groups_.size(), 0.0);
+            for (const GroupOfSenders& of : groups_) tilt.push_back(parts_[of.part].done ? 0.0 : of.tilt());
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
-                if (!parts_[g_.sender[j].part].done)
-                    out.senders[j] = ReciprocalScaling::bounded(out.senders[j] * (a[k] + b[k] * standing(j)));
+                const double before = static_cast<double>(tilted_[j]);
+                tilted_[j] = static_cast<float>(ReciprocalScaling::bounded(before * (1.0 + tilt[k] * standing(j))));
+                out.senders[j] *= static_cast<double>(tilted_[j]) / before;
+                area[k] += out.senders[j] * received_[j];
+            }
+            for (std::size_t j = 0; j < out.senders.size(); ++j) {
+                const std::uint32_t k = out.group[j];
+                if (!parts_[groups_[k].part].done && area[k] > 0.0)
+                    out.senders[j] *= ReciprocalScaling::bounded(groups_[k].area.wanted / area[k]);
             }
             receive();
         }
@@ -203,6 +209,7 @@ private:
             Moments& of = moments[out.group[j]];
             of.all += found, of.carried += carried * found, of.squared += carried * carried * found;
         }
+        tilted_.assign(received_.size(), 1.0f);
         standing_.assign(received_.size(), 0.0f);
         for (std::size_t j = 0; j < received_.size(); ++j) {
             const Moments& of = moments[out.group[j]];
@@ -278,7 +285,7 @@ private:
 
     const RayExchange& g_;
     std::vector<double> weights_, received_;
-    std::vector<float> standing_;
+    std::vector<float> standing_, tilted_;  // of each sender
     std::vector<GroupOfSenders> groups_;
     std::vector<Part> parts_;
     int rounds_ = 0;

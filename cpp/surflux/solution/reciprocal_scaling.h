@@ -50,8 +50,9 @@ struct RayExchange {
 };
 
 struct ReciprocalScaling {
-    // A group's factor has a standard error of some percent. Where more than this is wanted, rows have too little of
-    // what it sends for any factor to mend, such as in cracks where none are: it stays off, and `after` has it.
+    // Of senders beside others of their group, and of the power of a group. Where more than this is wanted, rows have
+    // too little of what is sent for any factor to mend, such as in cracks where none are: it stays off, and `after`
+    // has it.
     static constexpr double largest_factor = 2.0;
     static double bounded(double factor) { return std::clamp(factor, 1.0 / largest_factor, largest_factor); }
 
