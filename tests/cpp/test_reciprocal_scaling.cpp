@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "surflux/core/disjoint_sets.h"
@@ -152,6 +153,43 @@ TEST(ReciprocalScaling, WhatNoRowMeetsHasTheFactorsOfItsNeighbours) {
     exchange.sender[unseen].met = 0.0f;
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
     for (std::size_t j = 0; j < rooms.size(); ++j) EXPECT_NEAR(found.senders[j], 1.0, 0.35) << j;
+}
+
+TEST(ReciprocalScaling, WhatNoFactorMendsStaysOffAndAreasDoNot) {
+    // One sends a thousand times as much as all others, by its own rays, and no row has met it.
+    const int rays = 64;
+    Rooms rooms(400, 1, rays, 3);
+    const std::size_t unseen = 7;
+    for (std::size_t k = 0; k < rooms.size(); ++k) rooms.g[k * rooms.size() + unseen] = 0.0;
+    RayExchange exchange = rooms.exchange(rays);
+    Random random(11);
+    for (std::size_t j = 0; j < rooms.size(); ++j)
+        exchange.sender[j].radiosity = exchange.sender[j].carried =
+            j == unseen ? 1.0f : 1e-3f * static_cast<float>(1.0 + random.uniform());
+    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    EXPECT_GT(found.after, 0.3);
+    std::vector<double> least(found.groups, 1e300), most(found.groups, 0.0);
+    for (std::size_t j = 0; j < rooms.size(); ++j) {
+        least[found.group[j]] = std::min(least[found.group[j]], found.senders[j]);
+        most[found.group[j]] = std::max(most[found.group[j]], found.senders[j]);
+    }
+    const double widest = ReciprocalScaling::largest_factor * ReciprocalScaling::largest_factor;
+    for (std::size_t k = 0; k < found.groups; ++k) {
+        EXPECT_LE(most[k], 1.0001 * widest * least[k]);
+        EXPECT_LT(most[k], 3.0);
+    }
+}
+
+TEST(ReciprocalScaling, AreasBelowZeroMakeNoFactorThatIsNone) {
+    // Of functions that finer ones take nearly all from.
+    RayExchange exchange = Rooms(1, 3, 64, 1).exchange(64);
+    exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& to) { to = sent; };
+    exchange.scatter = [&](const std::vector<double>& weight, std::vector<double>& to) { to = weight; };
+    exchange.area = {0.4, -0.6, 1.2};
+    for (std::size_t k = 0; k < 3; ++k) exchange.sender[k].carried = k == 1 ? 0.0f : 1.0f;
+    exchange.sender[1].part = 0;
+    exchange.sender[2].part = 1;
+    for (const double factor : scale_by_reciprocity(exchange).senders) EXPECT_TRUE(std::isfinite(factor));
 }
 
 TEST(DisjointSets, AreNumberedByTheirLeastMembers) {

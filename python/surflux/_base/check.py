@@ -49,8 +49,9 @@ def _shape_text(shape):
     return f"({sides[0]},)" if len(sides) == 1 else f"({', '.join(sides)})"
 
 
-def numeric(name, value):
-    """value as an array of real numbers, of whatever shape; text, complex numbers, objects and booleans are refused."""
+def numeric(name, value, booleans=False):
+    """value as an array of real numbers, of whatever shape; text, complex numbers and objects are refused, and booleans
+    unless they are asked for."""
     if value is None:
         raise ValueError(f"{name}: wanted numbers, got None")
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
@@ -59,7 +60,7 @@ def numeric(name, value):
         array = np.asarray(value)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{name}: wanted an array of numbers, got {type(value).__name__} ({error})") from None
-    if array.size and array.dtype.kind not in "iuf":
+    if array.size and array.dtype.kind not in "iuf" and not (booleans and array.dtype == bool):
         kind = {"b": "booleans", "c": "complex numbers", "U": "text", "S": "text"}.get(array.dtype.kind, "objects")
         raise ValueError(f"{name}: wanted real numbers, got {kind} ({array.dtype})")
     return array
@@ -197,8 +198,7 @@ def per_row(name, value, n):
 
 def rows(name, value, n, width=None):
     """Numbers or booleans of n rows: (n,) or (n, k), or (n, width); NaN may be among them."""
-    array = np.asarray(value)
-    array = array if array.dtype == bool else numeric(name, array)
+    array = numeric(name, value, booleans=True)
     fits = array.ndim in (1, 2) if width is None else array.shape[1:] == (width,)
     if not fits or len(array) != n:
         wanted = f"({n},) or ({n}, k)" if width is None else f"({n}, {width})"

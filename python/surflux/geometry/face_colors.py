@@ -10,7 +10,13 @@ _MANY = 1 << 19  # parts of faces that are looked at together
 
 def varies_within_faces(mesh):
     """Whether parts of a face of a Mesh may have other colours than the face."""
-    return bool(mesh.textures) or (mesh.of_faces is None and mesh.reflectance is not None)
+    return bool(mesh.textures) or _has_shades(mesh)
+
+
+def _has_shades(mesh):
+    """Whether vertices of a Mesh have colours that differ."""
+    rho = mesh.reflectance
+    return mesh.of_faces is None and rho is not None and bool(np.any(rho != rho[:1]))
 
 
 def colors_of_parts(mesh, face, triangles):
@@ -20,7 +26,7 @@ def colors_of_parts(mesh, face, triangles):
     else what the face has.
     """
     reflectance, exitance = mesh.face_reflectance()[face], mesh.face_emission()[face]
-    if mesh.of_faces is None and mesh.reflectance is not None:
+    if _has_shades(mesh):
         of_corners = mesh.reflectance[mesh.indices]
         reflectance = np.clip(interpolated(mesh, of_corners, face, triangles.mean(axis=1)), 0.0, of_corners.max())
     read = None
@@ -43,7 +49,7 @@ def go_on(mesh, face, other):
     corner = mesh.offsets[other][:, None] + np.arange(3)
     points = mesh.vertices[mesh.indices[corner]]
     result = np.ones(len(face), bool)
-    if mesh.of_faces is None and mesh.reflectance is not None:
+    if _has_shades(mesh):
         result &= _near(mesh, mesh.reflectance[mesh.indices], face, points, corner, repeats=False)
     if mesh.textures:
         one = np.full((len(mesh.offsets) - 1, 2), -1)  # the texture of each face, and the one of what it sends

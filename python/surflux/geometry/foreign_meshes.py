@@ -129,8 +129,13 @@ def _from_parts(parts):
         return parts[0]
     before = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
     faces = [part.indices + first for part, first in zip(parts, before, strict=True)]
-    colored = any(part.reflectance is not None or part.of_faces is not None for part in parts)
-    painted = {"of_faces": np.concatenate([part.face_reflectance() for part in parts])} if colored else {}
+    if all(part.of_faces is None for part in parts):
+        each = [
+            np.full((len(part.vertices), 3), 0.5) if part.reflectance is None else part.reflectance for part in parts
+        ]
+        painted = {"reflectance": np.concatenate(each)}
+    else:
+        painted = {"of_faces": np.concatenate([part.face_reflectance() for part in parts])}
     if any(part.exitance is not None for part in parts):
         painted["exitance"] = np.concatenate([part.face_emission() for part in parts])
     if any(part.textures for part in parts):
@@ -160,17 +165,20 @@ def _textured(visual, faces, colors):
         return np.clip(tint * mean_texels(texture, places), 0.0, most)
 
     factor = factor_of(material)  # of glTF: linear
-    if factor is not None and colors is not None:
-        factor = factor * linear_reflectance(colors)[faces].mean(axis=1) / WHITE
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    diffuse = None if factor is not None else _diffuse(material)
-    if factor is not None:
+    if factor is None:
+        diffuse = _diffuse(material)
+        if image is not None and places is not None:  # as paint has it for files
+            tint = diffuse if diffuse is not None and diffuse.any() else 1.0
+            looks["of_faces"] = of_faces(image, WHITE * tint, WHITE)
+        elif diffuse is not None:
+            looks["of_faces"] = of_faces(None, diffuse, WHITE)
+    elif colors is None:
         looks["of_faces"] = of_faces(image, WHITE * factor, WHITE)
-    elif image is not None and places is not None:
-        # As paint has it for files.
-        looks["of_faces"] = of_faces(image, WHITE * (diffuse if diffuse is not None and diffuse.any() else 1.0), WHITE)
-    elif diffuse is not None:
-        looks["of_faces"] = of_faces(None, diffuse, WHITE)
+    elif image is None or places is None:
+        looks["reflectance"] = np.clip(factor * linear_reflectance(colors), 0.0, WHITE)
+    else:
+        looks["of_faces"] = of_faces(image, factor * linear_reflectance(colors)[faces].mean(axis=1), WHITE)
     exitance = exitance_of(material)
     if exitance is not None:
         looks["exitance"] = of_faces(getattr(material, "emissiveTexture", None), exitance, np.inf, shines=True)

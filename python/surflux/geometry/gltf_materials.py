@@ -16,6 +16,7 @@ from surflux._base.warn import warn
 _UNSIGNED_SHORT = 5123  # a componentType
 _TRANSFORM = "KHR_texture_transform"
 _STRENGTH = "KHR_materials_emissive_strength"
+_LARGEST = 1e30  # of light, as transfers take it
 
 
 def is_gltf(mesh):
@@ -51,8 +52,10 @@ def take_strengths(path, scene):
     """
     strengths = {}
     for material in _header(path).get("materials", ()):
-        factor = tuple(material.get("emissiveFactor", ()))
-        strength = material.get("extensions", {}).get(_STRENGTH, {}).get("emissiveStrength", 1.0)
+        factor = tuple(material.get("emissiveFactor") or ())
+        strength = _of(_of(material, "extensions"), _STRENGTH).get("emissiveStrength", 1.0)
+        if not isinstance(strength, (int, float)) or not 0.0 <= strength * max(factor, default=0.0) <= _LARGEST:
+            raise _core.FileError(f"{path}: emissiveStrength is {strength}; wanted a finite number of at least 0")
         if any(factor) and strengths.setdefault((material.get("name"), factor), strength) != strength:
             name = material.get("name", "without a name")
             raise _core.FileError(
@@ -85,9 +88,9 @@ def check_colors(path):
             )
     left_out = set()
     for material in header.get("materials", ()):
-        of_base = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
-        for texture in (of_base, material.get("emissiveTexture", {})):
-            transform = texture.get("extensions", {}).get(_TRANSFORM)
+        of_base = _of(_of(material, "pbrMetallicRoughness"), "baseColorTexture")
+        for texture in (of_base, _of(material, "emissiveTexture")):
+            transform = _of(texture, "extensions").get(_TRANSFORM)
             if transform is not None:
                 left_out.add(_TRANSFORM)
             if (transform or {}).get("texCoord", texture.get("texCoord", 0)) != 0:
@@ -95,6 +98,12 @@ def check_colors(path):
     if left_out:
         what = " and ".join(sorted(left_out)) + (" is" if len(left_out) == 1 else " are")
         warn(f"{path}: {what} not read of textures: pictures lie on faces as TEXCOORD_0 has them")
+
+
+def _of(element, name):
+    """The dict that another one has under a name; an empty one where it has none."""
+    found = element.get(name)
+    return found if isinstance(found, dict) else {}
 
 
 def _header(path):

@@ -177,6 +177,8 @@ def _read_outside(path, library, reader):
     """What an outside reader makes of a file; whatever it raises becomes a FileError."""
     try:
         return reader(path)
+    except _core.FileError:
+        raise
     except ImportError as error:
         raise _core.FileError(
             f"{path}: needs {error.name or library}, which is not installed: pip install 'surflux[meshes]'"

@@ -14,8 +14,7 @@ _MANY_BLACK = 0.01
 def warn_of_black(name, black, count):
     """Warns where many colours, `black` of `count`, are exactly black: most files write that where they have none."""
     if _MANY_BLACK * count < black < count:
-        share = f"{100 * black / count:.0f}%"
-        warn(f"{name}: {share} of the colours are black (0, 0, 0), as where a scan has none: they reflect nothing")
+        warn(f"{name}: {black} of {count} colours are black (0, 0, 0), as where a scan has none: they reflect nothing")
 
 
 def exposure_of_colors(mean, bright, raw):

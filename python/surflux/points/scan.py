@@ -27,6 +27,7 @@ from surflux.scans.reading import read_columns
 from surflux.scans.writing import write_points, written_suffix
 
 _BLOCK = 1_000_000  # colours made linear at once
+_NOWHERE = np.zeros((0, 3))
 Format = Literal["ply", "pcd", "las", "laz", "copc", "e57", "npz", "xyz", "xyzn", "xyzrgb", "pts", "csv", "obj"]
 
 
@@ -52,7 +53,7 @@ class Scan:
     attributes: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """What else is known, (n,) each or (n, m), in its own type: intensity, classification, return_number,
     number_of_returns, point_source_id, gps_time, scan_angle (degrees), label, scan, and the file's other columns."""
-    viewpoints: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    viewpoints: Floats = field(default_factory=lambda: _NOWHERE)
     """(k, 3): where each of k scans was taken from, rows of NaN where the file does not say. With more than one,
     attributes["scan"] says of each point which is its own. Of points thinned while they were read the
     origin, where all were as dense as if a scanner had turned there."""
@@ -64,17 +65,21 @@ class Scan:
     """Of a LAS file: steps of its coordinates, its reference system and format of points, which save keeps."""
 
     def __post_init__(self) -> None:
-        n = len(np.atleast_1d(self.points))
-        own = {"points": check.rows("points", self.points, n, 3)}
+        points = check.numeric("points", self.points)
+        n = len(points) if points.ndim else 1
+        own = {"points": check.rows("points", points, n, 3)}
         for name in ("normals", "reflectance"):
             if (value := getattr(self, name)) is not None:
                 own[name] = check.rows(name, value, n, 3)
-        own["viewpoints"] = check.rows("viewpoints", self.viewpoints, len(self.viewpoints), 3)
+        viewpoints = check.numeric("viewpoints", self.viewpoints)
+        own["viewpoints"] = check.rows("viewpoints", viewpoints, len(viewpoints), 3) if viewpoints.size else _NOWHERE
         for name, values in own.items():
             object.__setattr__(self, name, np.asarray(values, np.float64))
-        object.__setattr__(
-            self, "attributes", {name: check.rows(name, values, n) for name, values in self.attributes.items()}
-        )
+        for name, values in self.attributes.items():
+            if np.ma.is_masked(values) or np.shape(values)[:1] != (n,):
+                got = "a masked array" if np.ma.is_masked(values) else f"shape {np.shape(values)}"
+                raise ValueError(f"{name}: wanted an array of {check.counted(n, 'row')}, got {got}")
+        object.__setattr__(self, "attributes", {name: np.asarray(of) for name, of in self.attributes.items()})
 
     @property
     def viewpoint(self) -> Floats | None:

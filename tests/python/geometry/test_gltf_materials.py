@@ -14,12 +14,12 @@ CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
 
 
 def written(path, material=None, colors=None, texture=None, **light):
-    """A square; material: its pbrMetallicRoughness, or None, and `light`, what else it has. colors: of all corners, of
-    any type. texture: (h, w, 3) bytes."""
+    """A square; material: its pbrMetallicRoughness, or None, and `light`, what else it has. colors: of all corners, or
+    of each, of any type. texture: (h, w, 3) bytes."""
     arrays = {"POSITION": CORNERS, "indices": np.array([0, 1, 2, 0, 2, 3], "<u2")[:, None]}
     arrays["TEXCOORD_0"] = np.array([[0.05, 0.05], [0.45, 0.05], [0.45, 0.45], [0.05, 0.45]], "<f4")
     if colors is not None:
-        arrays["COLOR_0"] = np.tile(colors, (4, 1))
+        arrays["COLOR_0"] = colors if np.ndim(colors) == 2 else np.tile(colors, (4, 1))
     kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
     components = {"f4": 5126, "u1": 5121, "u2": 5123}
     data, views, accessors, at = b"", [], [], {}
@@ -130,9 +130,34 @@ def test_materials_that_strengths_alone_tell_apart_are_refused(tmp_path):
     header["materials"].append(header["materials"][0] | strength(3.0))
     lamp.write_bytes(glb(header, data))
     with pytest.raises(
-        sf.FileError, match=r"lamp\.glb: materials lamp: alike but for their emissiveStrength; wanted a"
+        sf.FileError, match=r"^\S*lamp\.glb: materials lamp: alike but for their emissiveStrength; wanted a"
     ):
         sf.Surfels.from_mesh(lamp)
+
+
+@pytest.mark.parametrize("value", [-1.0, 1e400, "bright"])
+def test_strengths_that_are_none_are_refused(tmp_path, value):
+    lamp = written(tmp_path / "lamp.glb", {}, emissiveFactor=[1, 1, 1], **strength(value))
+    with pytest.raises(
+        sf.FileError, match=r"^\S*lamp\.glb: emissiveStrength is .*; wanted a finite number of at least 0"
+    ):
+        sf.Surfels.from_mesh(lamp)
+
+
+def test_elements_that_are_none_count_as_missing(tmp_path):
+    written(tmp_path / "a.glb", {}, emissiveTexture=None, extensions=None, emissiveFactor=None)
+    assert not sf.Surfels.from_mesh(tmp_path / "a.glb").emission.any()
+
+
+def test_colours_of_corners_go_on_in_parts_and_beside_materials(tmp_path):
+    """Of several meshes all had those of their faces, two shades of a square."""
+    shades = np.array([[0, 0, 0], [1, 1, 1], [1, 1, 1], [0, 0, 0]], "<f4")
+    square = written(tmp_path / "square.glb", {}, shades)
+    both = trimesh.Scene([trimesh.load(square), trimesh.creation.box(bounds=[[3, 0, 0], [4, 1, 1]])])
+    for mesh in (square, both):
+        cut = sf.Surfels.from_mesh(mesh, patch_area=1 / 64)
+        x = cut.points[:, 0]
+        np.testing.assert_allclose(cut.reflectance[x < 1, 0], 0.98 * x[x < 1], atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -67,8 +67,14 @@ def test_what_is_wrong_is_still_refused(value):
         ({"points": [[0, 0, 0]], "normals": [[0, 0, 1]] * 2}, r"normals: wanted shape \(1, 3\), got \(2, 3\)"),
         (
             {"points": [[0, 0, 0]], "attributes": {"class": [1, 2]}},
-            r"class: wanted shape \(1,\) or \(1, k\), got \(2,\)",
+            r"class: wanted an array of 1 row, got shape \(2,\)",
         ),
+        (
+            {"points": np.ma.masked_array(np.zeros((2, 3)), True)},
+            r"points: wanted numbers throughout, got a masked array.*",
+        ),
+        ({"points": [[0, 0], [0, 0, 0]]}, r"points: wanted an array of numbers, got list .*"),
+        ({"points": [[0, 0, 0]], "viewpoints": None}, r"viewpoints: wanted numbers, got None"),
         ({"points": [[0, 0, 0]], "viewpoints": [1, 2]}, r"viewpoints: wanted shape \(2, 3\), got \(2,\)"),
     ],
 )
@@ -76,3 +82,10 @@ def test_a_scan_of_arrays_that_do_not_fit_is_refused(given, message):
     """Not at the first use: writing said that laspy cannot unpack an integer."""
     with pytest.raises(ValueError, match=f"^{message}$"):
         sf.Scan(**given)
+
+
+def test_a_scan_takes_attributes_of_any_kind():
+    """As files have them: matrices of each point, texts, none at all; and no viewpoints."""
+    scan = sf.Scan([[0, 0, 0]], [[0, 0, 1]], attributes={"pose": np.zeros((1, 2, 2)), "name": ["a"]}, viewpoints=[])
+    assert scan.viewpoints.shape == (0, 3)
+    assert len(scan[[0]].surfels()) == 1

@@ -84,5 +84,5 @@ def test_points_of_tiles_without_a_colour_are_told(tmp_path):
     for k in range(2):
         points = np.stack([x.ravel() + 40.0 * k, y.ravel(), np.zeros(x.size)], axis=1)
         sf.Scan(points, reflectance=np.full(points.shape, 0.5 * (1 - k))).save(tmp_path / f"{k}.laz")
-    with pytest.warns(UserWarning, match=r"tiles: 50% of the colours are black \(0, 0, 0\), as where a scan has none"):
+    with pytest.warns(UserWarning, match=r"tiles: 800 of 1600 colours are black \(0, 0, 0\), as where a scan has none"):
         sf.solve_tiles([tmp_path / "0.laz", tmp_path / "1.laz"], tmp_path / "out")
