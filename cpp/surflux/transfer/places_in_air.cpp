@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "surflux/core/error.h"
@@ -29,6 +30,21 @@ bool contains(const Box& box, const Vec3& p) {
     for (int c = 0; c < 3; ++c)
         if (p[c] < box.low[c] || p[c] > box.high[c]) return false;
     return true;
+}
+
+// How far it is along a ray until it has left a box; 0 where it does not come there.
+double way_through(const Box& box, const Vec3& from, const Vec3& direction) {
+    double first = 0.0, last = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < 3; ++c) {
+        if (direction[c] == 0.0) {
+            if (from[c] < box.low[c] || from[c] > box.high[c]) return 0.0;
+            continue;
+        }
+        const double a = (box.low[c] - from[c]) / direction[c], b = (box.high[c] - from[c]) / direction[c];
+        first = std::max(first, std::min(a, b));
+        last = std::min(last, std::max(a, b));
+    }
+    return first < last ? last : 0.0;
 }
 
 // Looks around in directions of a Fibonacci sphere.
@@ -79,17 +95,21 @@ std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer
         Random random(seed, k);
         const Place& place = receivers[pick(up_to, random)];
         gather_row(points, tracer, place, rays_of_place, seed, row);
+        // What leaves the scene ends with the region.
+        const auto length_of = [&](std::size_t ray) {
+            if (row.hits[ray]) return row.hits[ray].distance;
+            return region ? way_through(*region, place.position, row.rays[ray].direction) : 0.0;
+        };
         std::vector<double> lengths;
-        for (const Hit& hit : row.hits)
-            lengths.push_back((lengths.empty() ? 0.0 : lengths.back()) + (hit ? hit.distance : 0.0));
+        for (std::size_t ray = 0; ray < row.hits.size(); ++ray)
+            lengths.push_back((lengths.empty() ? 0.0 : lengths.back()) + length_of(ray));
         const std::size_t ray = pick(lengths, random);
-        const double length = row.hits[ray] ? row.hits[ray].distance : 0.0;
-        const Vec3 found = place.position + random.uniform() * length * row.rays[ray].direction;
+        const Vec3 found = place.position + random.uniform() * length_of(ray) * row.rays[ray].direction;
         const double halvings = static_cast<double>(k / (attempts_before_halving * count));
         if (region && !contains(*region, found)) continue;
         if (is_clear(tracer, found, std::exp2(-halvings) * clearance)) out.push_back(found);
     }
-    require(!out.empty(), "region: no surface of the scene has air in it before it; wanted where lamps will be");
+    require(!out.empty(), "region: no surface of the scene sees air in it; wanted where lamps will be");
     return out;
 }
 

@@ -22,6 +22,8 @@ RAYS = 256  # to the sky, of places that may be dark
 LAMP_RAYS = 256
 # Of the power that enters a scene, what backs absorb: above this share it is said.
 MUCH_INTO_BACKS = 0.01
+# And what is neither absorbed nor gone.
+MUCH_LOST = 0.01
 TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
 
 
@@ -99,6 +101,18 @@ def warn_of_power_into_backs(figures):
             f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
             "clouds that lie back to back (surflux check tells which faces point inwards); or points are so noisy that "
             "disks stand out of the surface, which fewer points help against (--points, thinned)"
+        )
+
+
+def warn_of_lost_power(figures, by, error=0.0):
+    """Warns where much of the power, beyond 3 of its standard errors, is made or lost; figures: as above, of all
+    reflections. by: what found the light."""
+    lost = figures["power_lost"]
+    if abs(lost) > max(MUCH_LOST * figures["power_in"], 3.0 * error):
+        share = abs(lost) / max(figures["power_in"], np.finfo(float).tiny)
+        warn(
+            f"{share:.1%} of the light is {'lost' if lost > 0.0 else 'made'} by the {by}: more rays help, and more "
+            "points where a cloud is coarse"
         )
 
 

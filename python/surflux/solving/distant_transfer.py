@@ -89,13 +89,13 @@ class DistantTransfer(Transfer):
         found = {"reflectance": reflectance, "bounces": bounces, "timings": {"incident": seconds}}
         solution = self._lit(light, seen, irradiance, direct, **found)
         if isinstance(environment, Environment):
-            core = self.scene._to_core()
+            core = self._scene_core()
             warn_of_backs([seen], core.surfels, direct, core.surfels.areas)
         else:
             warn_of_no_arrival(light, direct)
         if gloss:
             solution._mirrored = incident, gloss["specular"], gloss["exponent"]
-        return self._add_account(solution)
+        return self._add_account(solution, self._bounces(bounces))
 
     def _unclipped(
         self, light: Floats, reflectance: ArrayLike | None, bounces: int | None

@@ -106,7 +106,7 @@ class LocalTransfer(Transfer):
         rays = _penumbra_options(probes, penumbra_rays)
         solution = self._relit(lights, given, *rays, threads, progress)
         self._warn(_as_list(lights), solution.direct)
-        return self._add_account(solution)
+        return self._add_account(solution, given[2])
 
     def _relit(self, lights, given, probes, penumbra_rays, threads=None, progress=False):
         """What `relight` returns, without its warnings; given: see _given."""
@@ -122,7 +122,7 @@ class LocalTransfer(Transfer):
 
     def _warn(self, lights, direct):
         """Of lights that reach no fronts, or hardly any; direct: (n, 3) irradiance that they bring."""
-        core = self.scene._to_core()
+        core = self._scene_core()
         if not warn_of_backs(lights, core.surfels, direct, core.surfels.areas):
             warn_of_lamps_in_bodies(lights, core)
 

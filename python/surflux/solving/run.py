@@ -20,12 +20,10 @@ from surflux.scenes.lights import AreaLight, environments_among
 from surflux.scenes.options import ASKED
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
-from surflux.solving.darkness import warn_of_darkness, warn_of_power_into_backs
+from surflux.solving.darkness import warn_of_darkness, warn_of_lost_power, warn_of_power_into_backs
 
 Solver = TypeVar("Solver", bound=Callable[..., Solution])
 
-# Of what enters, above which light that is neither absorbed nor gone is said.
-MUCH_LOST = 0.01
 # Of the RMS irradiance: an estimate above this is no solution.
 MUCH_ERROR = 0.25
 # Constants of a solver of _core that differ from its own: see tuned().
@@ -170,10 +168,7 @@ def _warn_of_lost_light(result, converges):
     warn_of_power_into_backs(figures)
     if not converges:  # of some bounces alone it is known that the others are missing
         return
-    lost = figures["power_lost"]
-    if abs(lost) > max(MUCH_LOST * figures["power_in"], 3.0 * figures["power_lost_error"]):
-        share = abs(lost) / figures["power_in"]
-        warn(f"{share:.1%} of the light is {'lost' if lost > 0.0 else 'made'} by the solver: more rays or levels help")
+    warn_of_lost_power(figures, "solver", figures["power_lost_error"])
     if result["error"] > MUCH_ERROR:
         warn(
             f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch "

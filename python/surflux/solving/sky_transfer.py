@@ -98,11 +98,11 @@ class SkyTransfer(Transfer):
         lights = [sky if is_light else self.patches.environment(radiances)]
         solution = self._solution(lights, reflectance, bounces, irradiance, direct, timings=seconds)
         if is_light:
-            core = self.scene._to_core()
+            core = self._scene_core()
             warn_of_backs(solution._scene.lights, core.surfels, direct, core.surfels.areas)
         else:
             warn_of_no_arrival(radiances, direct)
-        return self._add_account(solution)
+        return self._add_account(solution, bounces)
 
     def _parts_of(self, sky):
         """(patches, 3) radiances of a sky, and its sun, of which they have nothing, or None."""

@@ -20,7 +20,7 @@ from surflux.scenes.scene_arrays import scene_arrays
 from surflux.scenes.sky import Sky
 from surflux.solutions.rendering import Walls
 from surflux.solutions.solution import Solution
-from surflux.solving.darkness import warn_of_power_into_backs
+from surflux.solving.darkness import warn_of_lost_power, warn_of_power_into_backs
 
 FILE_KIND, FILE_VERSION = "surflux.transfer", 2
 LARGEST = 1e30  # of light, in its own unit: the sums of an operator are float32, which ends at 3.4e38
@@ -47,6 +47,7 @@ class Transfer:
 
     def __init__(self, core: Any, scene: Scene, bounces: int | None, timings: dict[str, float]) -> None:
         """Not called by users: see `precompute_transfer` and `load_transfer`."""
+        self._made_of = [s._core for s in scene.objects]
         self._core, self.scene, self.bounces, self.timings = core, scene, bounces, timings
         self._walls = Walls()  # of pictures, of whatever light
         self._losses: Floats | None = None  # of what surfels send: what escapes, what backs absorb
@@ -109,6 +110,7 @@ class Transfer:
         path = Path(check.path("path", path))
         if path.suffix.lower() != ".transfer":
             raise ValueError(f"path: wanted a name ending in .transfer, got {str(path)!r}")
+        self._scene_core()
         scene, arrays = scene_arrays(self.scene)
         arrays = {f"scene/{name}": values for name, values in arrays.items()}
         arrays |= {f"{self.lighting}/{name}": values for name, values in self._core.arrays().items()}
@@ -142,6 +144,12 @@ class Transfer:
                 "lamps go with precompute_transfer(scene, 'local')"
             )
 
+    def _scene_core(self) -> _core.Scene:
+        """The compiled scene; ValueError where areas were set since."""
+        if any(s._core is not then for s, then in zip(self.scene.objects, self._made_of, strict=True)):
+            raise ValueError("scene: areas of its surfels were set after precompute_transfer, which is to be run anew")
+        return self.scene._to_core()
+
     def _reflecting(self, bounces: int | None) -> Self:
         """It, or its twin that reflects light so often; None for all."""
         if bounces == self.bounces:
@@ -168,8 +176,9 @@ class Transfer:
         each = np.split(reflectance, np.cumsum([len(one) for one in objects])[:-1])
         return [one._reflecting(part) for one, part in zip(objects, each, strict=True)]
 
-    def _add_account(self, solution: Solution) -> Solution:
-        """Where the power of a relit solution goes, as its history, and a warning of what backs absorb.
+    def _add_account(self, solution: Solution, bounces: int) -> Solution:
+        """Where the power of a relit solution goes, as its history, and warnings of what backs absorb and, of all
+        bounces (below 0), of what is made or lost.
 
         What leaves the scene and what ends on backs is counted by the rays of receivers around each surfel.
         """
@@ -190,6 +199,8 @@ class Transfer:
         }
         solution.history = [figures]
         warn_of_power_into_backs(figures)
+        if bounces < 0:
+            warn_of_lost_power(figures, "transfer")
         return solution
 
     def _solution(
@@ -202,7 +213,7 @@ class Transfer:
         **rest: Any,
     ) -> Solution:
         """At the scene's own surfels, which reflect `reflectance`, or what they have; bounces: see _bounces()."""
-        core = self.scene._to_core()
+        core = self._scene_core()
         own = core.surfels if reflectance is None else core.surfels.with_reflectance(reflectance)
         surfels = Surfels._from_core(own)
         scene = Scene(self._objects(reflectance), lights=lights, camera=self.scene.camera)

@@ -291,3 +291,46 @@ def test_lights_that_are_none_are_refused(transfer, arguments, message):
 def test_can_be_cancelled(room):
     with pytest.raises(sf.Cancelled):
         sf.precompute_transfer(room, progress=lambda done, total: False)
+
+
+def test_areas_that_are_set_later_are_refused():
+    """Old light would stand beside new areas, in what is saved, too."""
+    ball = surfels_of(shapes.sphere(200).points, shapes.sphere(200).normals, 0.5)
+    transfer = sf.precompute_transfer(sf.Scene([ball]))
+    lamp = sf.PointLight([0, 0, 3], 1.0)
+    transfer.relight(lamp)
+    ball.areas = np.full(len(ball), 0.1)
+    for call in (lambda: transfer.relight(lamp), lambda: transfer.save("a.transfer")):
+        with pytest.raises(ValueError, match=r"^scene: areas of its surfels were set after precompute_transfer, which"):
+            call()
+
+
+def test_light_that_a_transfer_makes_is_warned_of():
+    """Of a coarse ball that glows in a room: its disks reach beyond it. With some bounces others are missing."""
+    unit = shapes.sphere(100)
+    ball = surfels_of(0.25 * unit.points + 0.5, unit.normals, 0.5, 1.0)
+    room = sf.Surfels.from_mesh(shapes.box((1.0, 1.0, 1.0), inward=True)[:2], 0.02, reflectance=0.5)
+    transfer = sf.precompute_transfer(sf.Scene([ball, room]))
+    with pytest.warns(UserWarning, match=r"^[\d.]+% of the light is made by the transfer: more rays help, and more po"):
+        figures = transfer.relight([]).history[-1]
+    assert figures["power_lost"] < -0.03 * figures["power_in"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        transfer.relight([], bounces=1)
+
+
+def test_lamps_may_be_above_an_open_scene():
+    """Where rays that leave the scene go through the region; it was refused as if nothing saw it."""
+    floor = sf.Surfels.from_mesh(([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], [[0, 1, 2, 3]]), 1.0)
+    wall = sf.Surfels.from_mesh(([[-5, 5, 0], [5, 5, 0], [5, 5, 2], [-5, 5, 2]], [[0, 1, 2, 3]]), 1.0)
+    lamp = sf.PointLight([0, 0, 5.5], 100.0)
+    region = [[-1, -1, 5], [1, 1, 6]]
+    transfer = sf.precompute_transfer(sf.Scene([floor, wall]), region=region)
+    found = transfer.indirect(lamp)
+    solution = sf.solve(sf.Scene([floor, wall], [lamp]), insert=False, zeta=1e-9, rays=1024)
+    true = solution.irradiance - solution.direct
+    assert relative_rms(found, true, solution.surfels.areas) < 0.05
+    with pytest.raises(
+        ValueError, match=r"^region: no surface of the scene sees air in it; wanted where lamps will be"
+    ):
+        sf.precompute_transfer(sf.Scene([floor, wall]), region=[[-1, -1, -6], [1, 1, -5]])

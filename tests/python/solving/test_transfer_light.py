@@ -142,11 +142,12 @@ def test_a_lamp_in_a_body_is_said(rise):
         (sf.AreaLight(inside, [0, 0.01, 0], [0.01, 0, 0], 1.0), 1 / 3),
     ):
         _, said = said_of(transfer.relight, [sf.PointLight([0.5, 0.5, 0.9], 1.0), lamp])
-        assert len(said) == 1
-        share = re.search(r"^lights: of what light 1 shines on (\d+)% are backs of surfels", said[0])
+        (said,) = [text for text in said if text.startswith("lights")]  # of few levels some is made, too
+        share = re.search(r"^lights: of what light 1 shines on (\d+)% are backs of surfels", said)
         wanted = 100 if rise else 100 * (1 - on_floor)
         assert abs(int(share[1]) - wanted) < 3  # some of 128 or 256 rays are along the borders of a face
-    assert said_of(transfer.relight, sf.PointLight([0.1, 0.1, 0.9], 1.0))[1] == []
+    _, said = said_of(transfer.relight, sf.PointLight([0.1, 0.1, 0.9], 1.0))
+    assert [text for text in said if text.startswith("lights")] == []
 
 
 @pytest.mark.parametrize("lighting", LIGHTS)
