@@ -13,7 +13,7 @@ namespace {
 constexpr double least_rays = 256.0;   // that met a group: its factor has a standard error of 6 % at most
 constexpr double normal_weight = 0.5;  // as Bisection has it
 constexpr int most_rounds = 50;
-constexpr double even = 1e-4;              // relative variance of radiosity within a group that sends about the same
+constexpr double even = 1e-12;             // relative variance of radiosity within a group that sends about the same
 constexpr double furthest_standing = 2.0;  // in standard deviations: of what lies further out rays tell too little
 constexpr double least_progress = 0.95;    // of a round, or it is the last of its part
 constexpr double rounding = 1e-6;          // of shares of hemispheres, as sums of floats

@@ -11,8 +11,14 @@ _HARDLY = 0.05  # a factor so close to 1 is none: what has white in it is expose
 _MANY_BLACK = 0.01
 
 
-def warn_of_black(name, black, count):
-    """Warns where many colours, `black` of `count`, are exactly black: most files write that where they have none."""
+def warn_of_black(name, colors):
+    """Warns where many of the colours (n, 3), None where there are none, are exactly black."""
+    if colors is not None:
+        warn_of_so_many_black(name, np.count_nonzero(~np.any(colors, axis=1)), len(colors))
+
+
+def warn_of_so_many_black(name, black, count):
+    """Warns where `black` of `count` colours are many: most files write black where they have none."""
     if _MANY_BLACK * count < black < count:
         warn(f"{name}: {black} of {count} colours are black (0, 0, 0), as where a scan has none: they reflect nothing")
 

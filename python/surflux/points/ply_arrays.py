@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.files import file_error
+from surflux.points.exposure import warn_of_black
 from surflux.points.properties import (
     LINEAR,
     check_rows,
@@ -58,6 +59,7 @@ def load_arrays(path, format=None):
         check_rows(path, name, out[name], 0.0 if name in ("reflectance", "emission") else -np.inf)
     if out["reflectance"] is None:
         out["reflectance"] = colors
+        warn_of_black(path, colors)
     else:
         require_less_than_one(path, out["reflectance"])
     out["gloss"] = take_gloss(path, columns)

@@ -8,7 +8,6 @@ from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, rgb_of_gre
 from surflux._base.files import file_error
 from surflux._base.warn import warn
 from surflux.geometry.gloss import USUAL_EXPONENT
-from surflux.points.exposure import warn_of_black
 
 LINEAR = ("reflectance", "emission")  # RGB that surfels have, property by property with _r, _g and _b
 
@@ -128,6 +127,5 @@ def take_colors(path, columns, types):
         if white is None:
             row = int(np.argmax(colors.max(axis=1)))
             raise file_error(path, f"vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
-        warn_of_black(path, np.count_nonzero(~np.any(colors, axis=1)), len(colors))
         return reflectance_of_colors(colors, white)
     return None

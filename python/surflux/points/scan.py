@@ -17,7 +17,7 @@ from surflux._base.files import file_error
 from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
 from surflux.points.exposure import warn_of_black
-from surflux.points.properties import unit_normals
+from surflux.points.properties import has_linear, unit_normals
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
 from surflux.points.seen_from import FACED, FACING, viewed_from
 from surflux.points.surfels import Surfels
@@ -289,6 +289,8 @@ def scan_of_columns(path, read):
             places = [place]
             if normals is None:
                 LOG.info(FACING, os.fsdecode(path), FACED[kind])
+    if not has_linear(columns, "reflectance"):  # else colours show something else
+        warn_of_black(os.fsdecode(path), colors)
     return Scan(
         points,
         None if normals is None else unit_normals(normals),
@@ -309,7 +311,6 @@ def _reflectance(path, colors, rows):
         raise file_error(path, f"point {rows[row]}: colour is {value:g}; wanted a finite number not below 0")
     if not np.any(colors):
         return None  # a record with room for colours that nobody filled in
-    warn_of_black(os.fsdecode(path), np.count_nonzero(~np.any(colors, axis=1)), len(colors))
     white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else "uchar", path)
     if white is None:
         row = int(np.argmax(colors.max(axis=1)))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, rgb_of_grey
-from surflux.points.exposure import exposed_by, exposure_of_colors, warn_of_black
+from surflux.points.exposure import exposed_by, exposure_of_colors, warn_of_so_many_black
 
 _LEVELS = 65536  # of 16 bits
 
@@ -39,7 +39,7 @@ class Shades:
 
     def warn_of_black(self, name):
         """Where many of the colours are exactly black, under `name`."""
-        warn_of_black(name, self._black, self._black + int(self._brightest.sum()))
+        warn_of_so_many_black(name, self._black, self._black + int(self._brightest.sum()))
 
     def of_colors(self, colors):
         """(n, 3) linear reflectance of colours as they are: .98 is white, of 8 or of 16 bits."""

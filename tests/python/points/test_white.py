@@ -72,6 +72,17 @@ def test_many_black_colours_are_warned_of(tmp_path, ball, suffix):
             read(written(tmp_path / f"many.{suffix}", ball, colors))
 
 
+def test_colours_that_show_light_may_be_black(tmp_path, ball):
+    """Reflectance stands beside them in what solutions are saved as."""
+    scene = sf.Scene([sf.Surfels(ball, ball, reflectance=0.5)], [sf.DirectionalLight([0, 0, -1], 1.0)])
+    path = tmp_path / "lit.ply"
+    sf.solve(scene).save(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for read in (sf.load_solution, sf.read, sf.read_scan):
+            read(path)
+
+
 def test_one_of_few_does_not_say_what_white_is(tmp_path, ball):
     colors = np.full((50, 3), 0.8)
     colors[7] = 5.0
