@@ -159,8 +159,8 @@ class Surfels:
                 mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98), or
                 for Kd of an OBJ file's materials, linear, and its map: the mean over each face, or over each patch
                 that a face is cut into; else 0.5.
-            emission: exitance in W/m2, the same shapes. None for what materials send, of OBJ files pi
-                Ke, of glTF pi times emissiveFactor and emissiveStrength (files alone have that); else 0.
+            emission: exitance in W/m2, the same shapes. None for what materials send: pi times Ke of OBJ
+                files, emissiveFactor of glTF times emissiveStrength, which files alone have; else 0.
             specular: the same shapes. exponent: one number, or one per face.
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
                 belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector
