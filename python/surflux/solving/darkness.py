@@ -111,8 +111,8 @@ def warn_of_lost_power(figures, by, error=0.0):
     if abs(lost) > max(MUCH_LOST * figures["power_in"], 3.0 * error):
         share = abs(lost) / max(figures["power_in"], np.finfo(float).tiny)
         warn(
-            f"{share:.1%} of the light is {'lost' if lost > 0.0 else 'made'} by the {by}: more rays help, and more "
-            "points where a cloud is coarse"
+            f"{share:.1%} of the light is {'lost' if lost > 0.0 else 'made'} by the {by}: more rays help, more points "
+            "where a cloud is coarse, and its own areas where others were given"
         )
 
 

@@ -311,7 +311,7 @@ def test_light_that_a_transfer_makes_is_warned_of():
     ball = surfels_of(0.25 * unit.points + 0.5, unit.normals, 0.5, 1.0)
     room = sf.Surfels.from_mesh(shapes.box((1.0, 1.0, 1.0), inward=True)[:2], 0.02, reflectance=0.5)
     transfer = sf.precompute_transfer(sf.Scene([ball, room]))
-    with pytest.warns(UserWarning, match=r"^[\d.]+% of the light is made by the transfer: more rays help, and more po"):
+    with pytest.warns(UserWarning, match=r"^[\d.]+% of the light is made by the transfer: more rays help, more points"):
         figures = transfer.relight([]).history[-1]
     assert figures["power_lost"] < -0.03 * figures["power_in"]
     with warnings.catch_warnings():
