@@ -86,6 +86,8 @@ def test_a_scan_of_arrays_that_do_not_fit_is_refused(given, message):
 
 def test_a_scan_takes_attributes_of_any_kind():
     """As files have them: matrices of each point, texts, none at all; and no viewpoints."""
-    scan = sf.Scan([[0, 0, 0]], [[0, 0, 1]], attributes={"pose": np.zeros((1, 2, 2)), "name": ["a"]}, viewpoints=[])
+    points = np.random.default_rng(0).random((20, 3)) * [1, 1, 0]
+    attributes = {"pose": np.zeros((20, 2, 2)), "name": ["a"] * 20}
+    scan = sf.Scan(points, np.tile([0, 0, 1], (20, 1)), attributes=attributes, viewpoints=[])
     assert scan.viewpoints.shape == (0, 3)
-    assert len(scan[[0]].surfels()) == 1
+    assert len(scan[:12].surfels()) == 12
