@@ -139,37 +139,37 @@ TEST(ReciprocalScaling, RowsMeetWhatSendersKnowThatTheySend) {
     EXPECT_NEAR(received / static_cast<double>(open.size()), static_cast<double>(met), 1e-6);
 }
 
+// A room in which one place, that no row has met, sends a thousand times as much as all others.
+struct RoomWithUnseen {
+    static constexpr std::size_t unseen = 7;
+    Rooms rooms;
+    RayExchange exchange;
+
+    RoomWithUnseen() : rooms(400, 1, 64, 3) {
+        for (std::size_t k = 0; k < rooms.size(); ++k) rooms.g[k * rooms.size() + unseen] = 0.0;
+        exchange = rooms.exchange(64);
+        Random random(11);
+        for (std::size_t j = 0; j < rooms.size(); ++j)
+            exchange.sender[j].radiosity = exchange.sender[j].carried =
+                j == unseen ? 1.0f : 1e-3f * static_cast<float>(1.0 + random.uniform());
+    }
+};
+
 TEST(ReciprocalScaling, WhatNoRowMeetsHasTheFactorsOfItsNeighbours) {
     // A roof tile in the sun among shaded ones, and no ray ended on it: final gathering may meet it.
-    const int rays = 64;
-    Rooms rooms(400, 1, rays, 3);
-    const std::size_t unseen = 7;
-    for (std::size_t k = 0; k < rooms.size(); ++k) rooms.g[k * rooms.size() + unseen] = 0.0;
-    RayExchange exchange = rooms.exchange(rays);
-    Random random(11);
-    for (std::size_t j = 0; j < rooms.size(); ++j)
-        exchange.sender[j].radiosity = exchange.sender[j].carried =
-            j == unseen ? 1.0f : 1e-3f * static_cast<float>(1.0 + random.uniform());
-    exchange.sender[unseen].met = 0.0f;
-    const ReciprocalScaling found = scale_by_reciprocity(exchange);
-    for (std::size_t j = 0; j < rooms.size(); ++j) EXPECT_NEAR(found.senders[j], 1.0, 0.35) << j;
+    RoomWithUnseen room;
+    room.exchange.sender[RoomWithUnseen::unseen].met = 0.0f;
+    const ReciprocalScaling found = scale_by_reciprocity(room.exchange);
+    for (std::size_t j = 0; j < room.rooms.size(); ++j) EXPECT_NEAR(found.senders[j], 1.0, 0.35) << j;
 }
 
 TEST(ReciprocalScaling, WhatNoFactorMendsStaysOffAndAreasDoNot) {
-    // One sends a thousand times as much as all others, by its own rays, and no row has met it.
-    const int rays = 64;
-    Rooms rooms(400, 1, rays, 3);
-    const std::size_t unseen = 7;
-    for (std::size_t k = 0; k < rooms.size(); ++k) rooms.g[k * rooms.size() + unseen] = 0.0;
-    RayExchange exchange = rooms.exchange(rays);
-    Random random(11);
-    for (std::size_t j = 0; j < rooms.size(); ++j)
-        exchange.sender[j].radiosity = exchange.sender[j].carried =
-            j == unseen ? 1.0f : 1e-3f * static_cast<float>(1.0 + random.uniform());
-    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    // By its own rays what it sends meets fronts.
+    const RoomWithUnseen room;
+    const ReciprocalScaling found = scale_by_reciprocity(room.exchange);
     EXPECT_GT(found.after, 0.3);
     std::vector<double> least(found.groups, 1e300), most(found.groups, 0.0);
-    for (std::size_t j = 0; j < rooms.size(); ++j) {
+    for (std::size_t j = 0; j < room.rooms.size(); ++j) {
         least[found.group[j]] = std::min(least[found.group[j]], found.senders[j]);
         most[found.group[j]] = std::max(most[found.group[j]], found.senders[j]);
     }
