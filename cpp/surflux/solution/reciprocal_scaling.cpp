@@ -13,11 +13,11 @@ namespace {
 constexpr double least_rays = 256.0;   // that met a group: its factor has a standard error of 6 % at most
 constexpr double normal_weight = 0.5;  // as Bisection has it
 constexpr int most_rounds = 50;
-constexpr double even = 1e-12;             // relative variance of radiosity within a group that sends about the same
-constexpr double furthest_standing = 2.0;  // in standard deviations: of what lies further out rays tell too little
-constexpr double least_progress = 0.95;    // of a round, or it is the last of its part
-constexpr double rounding = 1e-6;          // of shares of hemispheres, as sums of floats
-constexpr double tolerance = 1e-7;         // of what is sent, that columns may be off by
+constexpr double even = 1e-12;           // relative variance of radiosity within a group that sends about the same
+constexpr double largest_score = 2.0;    // in standard deviations: beyond that rays tell too little
+constexpr double least_progress = 0.95;  // of a round, or it is the last of its part
+constexpr double rounding = 1e-6;        // of shares of hemispheres, as sums of floats
+constexpr double tolerance = 1e-7;       // of what is sent, that columns may be off by
 
 // What rays tell of a sender: the sum of their weights, and of the squares of these.
 struct EvidenceOfOne {
@@ -104,8 +104,8 @@ struct GroupOfSenders {
     double receivers_bias = 0.0, bias = 0.0, variance = 0.0;
     double power_met = 0.0;  // what of all that it sends meets fronts, by its own rays
     Account area, power;     // of what rows carry
-    // What all receive of both, weighted by its senders' standings.
-    double standing_area = 0.0, standing_power = 0.0;
+    // What all receive of both, weighted by its senders' scores.
+    double scored_area = 0.0, scored_power = 0.0;
 
     double mean_carried() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
     // Bias is all alike in a group: it adds up.
@@ -120,7 +120,7 @@ struct GroupOfSenders {
     // By how much a standard deviation more is to be worth, so that senders carry as much as is wanted of their area.
     double tilt() const {
         if (!(power.found > 0.0) || !(area.wanted > 0.0)) return 0.0;
-        const double mean = power.wanted / area.wanted, more = standing_power - mean * standing_area;
+        const double mean = power.wanted / area.wanted, more = scored_power - mean * scored_area;
         const double missing = mean * area.found - power.found;
         return more > even * power.found ? missing / more : std::copysign(1.0, missing);
     }
@@ -138,7 +138,7 @@ public:
         out.rows.assign(exchange.area.size(), 1.0);
         make_groups(progress);
         out.senders.assign(exchange.sender.size(), 1.0);
-        find_standings();
+        find_scores();
         receive();
         report(progress, 0, most_rounds);
         for (GroupOfSenders& of : groups_) {
@@ -158,7 +158,7 @@ public:
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
                 const double before = static_cast<double>(tilted_[j]);
-                tilted_[j] = static_cast<float>(ReciprocalScaling::bounded(before * (1.0 + tilt[k] * standing(j))));
+                tilted_[j] = static_cast<float>(ReciprocalScaling::bounded(before * (1.0 + tilt[k] * score(j))));
                 out.senders[j] *= static_cast<double>(tilted_[j]) / before;
                 area[k] += out.senders[j] * received_[j];
             }
@@ -184,21 +184,21 @@ private:
             weights_[k] = g_.area[k] * out.rows[k];
         }
         g_.scatter(weights_, received_);
-        for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.standing_area = of.standing_power = 0.0;
+        for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.scored_area = of.scored_power = 0.0;
         for (std::size_t j = 0; j < received_.size(); ++j) {
             GroupOfSenders& of = groups_[out.group[j]];
             const double carried = static_cast<double>(g_.sender[j].carried), found = out.senders[j] * received_[j];
             of.area.found += found;
             of.power.found += carried * found;
-            of.standing_area += standing(j) * found;
-            of.standing_power += standing(j) * carried * found;
+            of.scored_area += score(j) * found;
+            of.scored_power += score(j) * carried * found;
         }
     }
 
-    // Of each sender, how far what it carries is from its group's mean, in standard deviations, by what all receive.
+    // Standard scores of senders: how far what each carries is from the mean of its group, by what all receive.
     // What no row has met may carry far more than what was: a factor linear in `carried` itself would be without
     // bounds there, and final gathering meets it.
-    void find_standings() {
+    void find_scores() {
         struct Moments {
             double all = 0.0, carried = 0.0, squared = 0.0;
         };
@@ -210,18 +210,18 @@ private:
             of.all += found, of.carried += carried * found, of.squared += carried * carried * found;
         }
         tilted_.assign(received_.size(), 1.0f);
-        standing_.assign(received_.size(), 0.0f);
+        score_.assign(received_.size(), 0.0f);
         for (std::size_t j = 0; j < received_.size(); ++j) {
             const Moments& of = moments[out.group[j]];
             if (!(of.carried > 0.0)) continue;
             const double mean = of.carried / of.all, variance = of.squared / of.all - mean * mean;
             if (variance > even * mean * mean)
-                standing_[j] = static_cast<float>(
-                    std::clamp((static_cast<double>(g_.sender[j].carried) - mean) / std::sqrt(variance),
-                               -furthest_standing, furthest_standing));
+                score_[j] = static_cast<float>(
+                    std::clamp((static_cast<double>(g_.sender[j].carried) - mean) / std::sqrt(variance), -largest_score,
+                               largest_score));
         }
     }
-    double standing(std::size_t sender) const { return static_cast<double>(standing_[sender]); }
+    double score(std::size_t sender) const { return static_cast<double>(score_[sender]); }
 
     bool is_done() {
         for (Part& part : parts_) part.last = part.off, part.off = 0.0;
@@ -285,7 +285,7 @@ private:
 
     const RayExchange& g_;
     std::vector<double> weights_, received_;
-    std::vector<float> standing_, tilted_;  // of each sender
+    std::vector<float> score_, tilted_;  // of each sender
     std::vector<GroupOfSenders> groups_;
     std::vector<Part> parts_;
     int rounds_ = 0;
