@@ -238,6 +238,13 @@ void bind_scene(py::module_& module) {
                                        out.append(py::make_tuple(of.object, of.surfels, of.contact));
                                    return out;
                                })
+        .def_property_readonly("unlike_areas",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const UnlikeAreas& of : c.unlike_areas)
+                                       out.append(py::make_tuple(of.object, of.ratio));
+                                   return out;
+                               })
         .def_property_readonly("gaps",
                                [](const Coincidence& c) {
                                    py::list out;

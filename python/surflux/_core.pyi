@@ -115,6 +115,9 @@ class Coincidence:
     @property
     def uncovered(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
+    @property
+    def unlike_areas(self) -> list:
+        ...
 class Scene:
     def __init__(self, objects: collections.abc.Sequence[Surfels], lights: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment]) -> None:
         ...

@@ -115,7 +115,7 @@ Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     Covers covers = CoverFinder(scene, extent).run(progress);
     return {std::move(covers.covers),  std::move(covers.uncovered), std::move(covers.close_sheets),
             std::move(covers.gaps),    std::move(covers.sheets),    find_disk_overlaps(scene, extent, progress),
-            find_coarse(scene, extent)};
+            find_coarse(scene, extent), {}};
 }
 
 void count_once(Scene& scene, const Coincidence& found, const Progress& progress) {

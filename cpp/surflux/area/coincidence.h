@@ -17,6 +17,12 @@ struct Coarse {
     double contact = 0.0;  // the largest distance within which surfaces there touch
 };
 
+// An object whose surfels have been given areas, other than those of their disks as rays meet them.
+struct UnlikeAreas {
+    std::uint32_t object = 0;
+    double ratio = 1.0;  // of what is given, over the disks' own
+};
+
 // Coincident geometry that faces the same way, which a rasterizer would show as z-fighting: a carpet modelled into a
 // floor, two scans of one wall.
 struct Coincidence {
@@ -26,7 +32,8 @@ struct Coincidence {
     std::vector<NarrowGap> gaps;  // ascending
     std::vector<Sheet> sheets;
     DiskOverlaps disks;
-    std::vector<Coarse> coarse;  // ascending
+    std::vector<Coarse> coarse;             // ascending
+    std::vector<UnlikeAreas> unlike_areas;  // ascending; found by compile_scene
 };
 
 // Patches coincide within twice the contact distance, as far as triangles overlap there; what of disks does,

@@ -1,6 +1,7 @@
 #include "surflux/area/compile_scene.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "surflux/area/disk_ends.h"
 #include "surflux/area/neighborhood.h"
@@ -12,6 +13,10 @@ namespace surflux {
 namespace {
 
 constexpr double least_area = 1e-9;  // of a disk: what others cover altogether stays in the scene
+
+// Given areas are held against those of so many disks: a twentieth of a second, good to a thousandth.
+constexpr std::size_t disks_held = 10'000;
+constexpr double unlike = 0.05;  // of their logarithms: of coarse convex clouds, D04's own areas are as much too large
 
 void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     std::size_t n = 0, triangles = 0;
@@ -25,18 +30,35 @@ void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     all.triangles.reserve(triangles);
 }
 
-// Areas and ends of the object whose surfels begin at `first`.
-void add_areas_and_ends(Surfels& all, std::uint32_t first, const Surfels& object, const Progress& progress) {
+// Of disks, the areas given over their own, where these are above 0; 1 where none is.
+double ratio_of_areas(const Surfels& object, const std::vector<bool>& is_disk, const std::vector<double>& own) {
+    double given_sum = 0.0, own_sum = 0.0;
+    for (std::size_t i = 0; i < object.size(); ++i) {
+        if (!is_disk[i] || !(own[i] > 0.0)) continue;
+        given_sum += object.areas[i];
+        own_sum += own[i];
+    }
+    return own_sum > 0.0 ? given_sum / own_sum : 1.0;
+}
+
+// Areas and ends of the object whose surfels begin at `first`. Returns the areas given to disks over their own, 1 where
+// none were given.
+double add_areas_and_ends(Surfels& all, std::uint32_t first, const Surfels& object, const Progress& progress) {
     const std::vector<bool> is_disk = disks_among(object);
-    const bool has_disks = std::find(is_disk.begin(), is_disk.end(), true) != is_disk.end();
+    const auto disks = static_cast<std::size_t>(std::count(is_disk.begin(), is_disk.end(), true));
+    double ratio = 1.0;
     DiskEnds found;
     if (object.areas.empty()) {
         std::vector<double> areas;
-        found = find_areas_and_ends(object, areas, progress);
+        found = find_areas_and_ends(object, areas, 1, progress);
         for (std::size_t i = 0; i < areas.size(); ++i)
             all.areas.push_back(std::max(areas[i], least_area * pi * object.radii[i] * object.radii[i]));
     } else {
-        if (has_disks) found = find_disk_ends(object, AreaOptions{}.epsilon, progress);
+        if (disks > 0) {
+            std::vector<double> own;
+            found = find_areas_and_ends(object, own, 1 + disks / disks_held, progress);
+            ratio = ratio_of_areas(object, is_disk, own);
+        }
         all.areas.insert(all.areas.end(), object.areas.begin(), object.areas.end());
     }
     for (DiskEnd& end : found.ends) {
@@ -44,6 +66,7 @@ void add_areas_and_ends(Surfels& all, std::uint32_t first, const Surfels& object
         all.ends.push_back(end);
     }
     for (const std::uint32_t i : found.alone) all.alone.push_back(first + i);
+    return ratio;
 }
 
 }  // namespace
@@ -60,9 +83,10 @@ Scene compile_scene(const std::vector<const Surfels*>& objects, std::vector<Ligh
     scene.lights = std::move(lights);
     coincidence = find_coincidence(scene, progress);
     std::uint32_t first = 0;
-    for (const Surfels* object : objects) {
-        add_areas_and_ends(scene.surfels, first, *object, progress);
-        first += static_cast<std::uint32_t>(object->size());
+    for (std::uint32_t k = 0; k < objects.size(); ++k) {
+        const double ratio = add_areas_and_ends(scene.surfels, first, *objects[k], progress);
+        if (std::abs(std::log(ratio)) > unlike) coincidence.unlike_areas.push_back({k, ratio});
+        first += static_cast<std::uint32_t>(objects[k]->size());
     }
     count_once(scene, coincidence, progress);
     return scene;

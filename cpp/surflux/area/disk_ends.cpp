@@ -78,7 +78,8 @@ DiskEnds find_disk_ends(const Surfels& surfels, double epsilon, const Progress& 
     return ends.all();
 }
 
-DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const Progress& progress) {
+DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, std::size_t every,
+                             const Progress& progress) {
     const AreaOptions options;
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon,
                                     standing_at(0, surfels.size(), progress));
@@ -90,7 +91,7 @@ DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas,
         finder, [&] { return DiskIntegrator(options, grid); },
         [&](DiskIntegrator& integrator, std::size_t k, const Neighborhood& around) {
             ends.take(finder.surfels(k), around);
-            take_area(finder, k, options.method, integrator.area(around), areas);
+            if (k % every == 0) take_area(finder, k, options.method, integrator.area(around), areas);
         },
         progress);
     return ends.all();

@@ -18,7 +18,9 @@ struct DiskEnds {
 // the surface that rays meet is the one whose area is counted, without overhang. And the disks without neighbours.
 DiskEnds find_disk_ends(const Surfels& surfels, double epsilon = AreaOptions{}.epsilon, const Progress& progress = {});
 
-// The same with default options, and what effective_areas() gives by them: both ask for the same neighbourhoods.
-DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const Progress& progress = {});
+// The same with default options, and what effective_areas() gives by them: both ask for the same neighbourhoods. Where
+// `every` is above 1, of one disk in so many, evenly spread; the others have areas of 0.
+DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, std::size_t every = 1,
+                             const Progress& progress = {});
 
 }  // namespace surflux

@@ -14,9 +14,12 @@ _COVERED = 1e-3
 
 
 def warn_of_layers(scene):
-    """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
+    """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart.
+
+    And of areas that do not fit the disks that have them.
+    """
     dark = (*_covered_emitters(scene), *_gaps(scene, glowing=True))
-    for text in (*_layers(scene), *dark, *_coarse(scene), *_divided(scene)):
+    for text in (*_layers(scene), *dark, *_coarse(scene), *_unlike_areas(scene), *_divided(scene)):
         warn(text)
 
 
@@ -35,13 +38,14 @@ def coincidence_of(scene):
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
     lines += [*_layers(scene, _LEAST_CHECKED), *_covered_emitters(scene), *_gaps(scene)]
-    lines += [*_coarse(scene), *_divided(scene)]
+    lines += [*_coarse(scene), *_unlike_areas(scene), *_divided(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
     gaps = [dict(zip(("one", "other", "area", "width"), g, strict=True)) for g in found.gaps]
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
-    lists = {"overlaps": overlaps, "close_sheets": sheets, "gaps": gaps, "coarse": coarse}
+    unlike = [dict(zip(("object", "ratio"), u, strict=True)) for u in found.unlike_areas]
+    lists = {"overlaps": overlaps, "close_sheets": sheets, "gaps": gaps, "coarse": coarse, "unlike_areas": unlike}
     return {"covered": len(covered), **lists}, lines
 
 
@@ -116,6 +120,15 @@ def _coarse(scene):
             f"object {which}: {counted(surfels, 'surfel')} so far from the middle of the scene, or so small, that "
             f"rays take all within up to {contact:.2g} of them for touching, more than their radius: they exchange no "
             "light with what is as close. Leave out what is far away, or make a scene of it"
+        )
+
+
+def _unlike_areas(scene):
+    for which, ratio in scene._coincidence().unlike_areas:
+        yield (
+            f"object {which}: its areas are {ratio:.3g} times those of its disks, which are what rays meet: light that "
+            "is found by areas and light that is found by rays differ by as much. Leave areas out, for they are found "
+            f"from the disks, or give radii {np.sqrt(ratio):.3g} times as large"
         )
 
 

@@ -17,6 +17,7 @@ from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.summary import html_table, range_text
 from surflux._base.types import FilePath, Floats, Progress
 from surflux.cluster.engines import shared_out
+from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
 from surflux.solving.run import check_scene
 
@@ -256,6 +257,7 @@ def form_factor_operator(
     seed = check.seed("seed", seed)
     with thread_limit(threads):
         scene._to_core(progress=progress)
+        warn_of_layers(scene)
         with stage_callback(progress) as callback:
             return cluster.call(_program, scene, {"rays": rays, "seed": seed}, callback)
 

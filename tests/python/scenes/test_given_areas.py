@@ -1,0 +1,61 @@
+import warnings
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.scenes.coincidence import coincidence_of
+
+
+def ball(n, center=(0.0, 0.0, 0.0), **options):
+    normals = np.random.default_rng(0).normal(size=(n, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    return sf.Surfels(np.asarray(center) + normals, normals=normals, **options)
+
+
+def with_areas(surfels, factor):
+    surfels.areas = factor * sf.effective_areas(surfels)
+    return surfels
+
+
+SOLVERS = {
+    "rays": lambda scene: sf.solve(scene, rays=16, insert=False),
+    "pairs": lambda scene: sf.solve(scene, transport="pairs", insert=False),
+    "meshless": lambda scene: sf.solve_meshless(scene, bounces=1),
+    "operator": lambda scene: sf.form_factor_operator(scene, rays=16),
+    "transfer": lambda scene: sf.precompute_transfer(scene, "local", bounces=1),
+    "reference": lambda scene: sf.reference_irradiance(scene, [[0, 0, 1.1]], [[0, 0, 1]], samples=16),
+}
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_areas_that_do_not_fit_the_disks_are_named(solver):
+    scene = sf.Scene([ball(300, (5, 0, 0)), with_areas(ball(400, emission=1.0), 1.25)])
+    with pytest.warns(UserWarning, match=r"object 1: its areas are 1\.25 times those of its disks.*1\.12 times as"):
+        SOLVERS[solver](scene)
+
+
+def test_given_areas_are_held_against_some_of_many_disks():
+    scene = sf.Scene([with_areas(ball(35_000), 0.8)])
+    assert scene._coincidence().unlike_areas == [(0, pytest.approx(0.8, abs=1e-3))]
+    found, lines = coincidence_of(scene)
+    assert found["unlike_areas"][0]["object"] == 0
+    assert any("its areas are 0.8 times" in line for line in lines)
+
+
+def test_areas_that_fit_pass_without_a_word():
+    cloud = ball(1000)
+    paper = ball(1000, (5, 0, 0))
+    paper.areas = sf.effective_areas(paper, method="paper")
+    mesh = sf.Surfels.from_mesh(([[9, 0, 0], [10, 0, 0], [10, 1, 0]], [[0, 1, 2]]), 0.25)
+    scene = sf.Scene([with_areas(cloud, 1.0), paper, mesh])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solution = sf.solve(sf.Scene(scene.objects, [sf.PointLight([0, 0, 3], 1.0)]), rays=16)
+        sf.form_factor_operator(sf.Scene([solution.surfels]), rays=16)
+
+
+def test_disks_that_lie_in_one_place_share_what_was_given():
+    cloud = ball(500)
+    twice = sf.Surfels(np.tile(cloud.points, (2, 1)), normals=np.tile(cloud.normals, (2, 1)), radii=cloud.radii[0])
+    assert sf.Scene([with_areas(twice, 1.0)])._coincidence().unlike_areas == []
