@@ -65,14 +65,19 @@ def display_bytes(linear):
     return np.rint(255.0 * linear_to_srgb(linear))
 
 
-def white_of(values):
-    """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all."""
+def white_of(values, emission=None):
+    """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all.
+
+    emission: (n, 3), where lamps are not to count beside what they light: rows that emit are left out, if not all do.
+    """
     brightest = values.max(axis=1, initial=0.0)
-    white = np.percentile(brightest, 99) if len(values) else 0.0
+    if emission is not None and np.any(shines := np.any(emission, axis=1)) and not np.all(shines):
+        brightest = brightest[~shines]
+    white = np.percentile(brightest, 99) if len(brightest) else 0.0
     white = white if white > 0 else brightest.max(initial=0.0)
     return float(white) if white > 0 else 1.0
 
 
-def tone_mapped_bytes(radiosity):
-    """Radiosity (n, 3) as sRGB bytes, white as white_of says."""
-    return display_bytes(radiosity / white_of(radiosity))
+def tone_mapped_bytes(radiosity, emission):
+    """Radiosity (n, 3) as sRGB bytes, white as white_of says of what does not emit."""
+    return display_bytes(radiosity / white_of(radiosity, emission))

@@ -102,7 +102,7 @@ class Cloud:
         rho, emission = self._whole.reflectance[source], self._whole.emission[source]
         with watched(None, True):
             found = light_at_points(solution, self.of_row[lit], *places, rho, emission)
-        colors = None if albedo else tone_mapped_bytes(found["radiosity"])
+        colors = None if albedo else tone_mapped_bytes(found["radiosity"], emission)
         if written_suffix(path) == ".ply":
             areas = np.bincount(solution.parents, solution.surfels.areas)[: len(self.surfels)]
             columns = {

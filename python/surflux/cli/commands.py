@@ -11,10 +11,11 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking, solve, tiles
-from surflux.cli.cloud import CLOUD_LIMIT, is_cloud
+from surflux.cli.cloud import CLOUD_LIMIT
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
+from surflux.cli.mesh import SUFFIXES as OF_MESHES
 from surflux.cli.mesh import is_mesh, patches_of_mesh
 from surflux.cli.options import command_line
 from surflux.cli.parser import vectors_joined
@@ -33,8 +34,9 @@ from surflux.cli.solve import is_scene, load_scene
 from surflux.geometry.meshes import read_mesh
 from surflux.pictures.animation import FPS, check_target
 from surflux.points.writing import ply_path
-from surflux.scans.writing import written_suffix
+from surflux.scans.writing import WRITTEN
 from surflux.scenes.options import TRANSPORTS
+from surflux.solutions.saving import SUFFIXES as OF_SOLUTIONS
 
 # Options that the library checks, as arguments of the same names.
 _ARGUMENTS = {"backend", "color", "epsilon", "eye", "fov", "kappa", "level", "light", "method", "pick", "resolution"}
@@ -141,15 +143,22 @@ def _check_options(options):
         check.count("--size", side, 1, 16384)
     if "output" in given and not given.get("tiles"):
         output = Path(given["output"])
-        if options.command == "solve" and is_cloud(options.input):
-            written_suffix(output, "-o")
-        elif output.suffix.lower() != ".ply":
-            raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
+        _check_suffix(output, options)
         require_place(output)
         if os.path.exists(output) and os.path.exists(options.input) and os.path.samefile(output, options.input):
             raise ValueError(f"-o: is the input itself, {str(output)!r}; wanted another name")
     if given.get("solution") is not None:
         require_place(ply_path(given["solution"], "--solution"))
+
+
+def _check_suffix(output, options):
+    """Refuses a name of -o that says no format of what the command writes of its input."""
+    wanted = (".ply",)
+    if options.command == "solve":
+        wanted = {"mesh": OF_MESHES, "cloud": tuple(WRITTEN)}.get(solve.kind_of(options), OF_SOLUTIONS)
+    if output.suffix.lower() not in wanted:
+        hint = "; a picture is --image" if output.suffix.lower() in (".png", ".exr", ".hdr", ".jpg") else ""
+        raise ValueError(f"-o: wanted a name ending in {', '.join(wanted)}, got {str(output)!r}{hint}")
 
 
 def _cloud(options):

@@ -23,7 +23,8 @@ PATCHES = 20_000
 _GREY = 0.5  # what faces reflect that have no colour
 _DARK = 0.01  # of the area
 FACES_DOWN = 0.9  # of a terrain's area: it is wound the other way
-SUFFIXES = (".ply", ".vtp")
+SUFFIXES = (".ply", ".glb", ".gltf", ".vtp")
+GLTF = (".glb", ".gltf")
 
 
 def is_mesh(options):
@@ -41,10 +42,11 @@ def _has_faces(path):
         return any(line.startswith((b"f", b" ", b"\t")) and line.split(None, 1)[:1] == [b"f"] for line in file)
 
 
-def check_output(path):
-    """Refuses, before any work, names of files that do not take what was found of a mesh."""
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise ValueError(f"-o: wanted a name ending in .ply or .vtp of a mesh, got {str(path)!r}")
+def take_up(options):
+    """Of glTF, y is up by its specification, where nobody says otherwise."""
+    if options.up is None and Path(options.input).suffix.lower() in GLTF:
+        options.up = (0.0, 1.0, 0.0)
+        LOG.info("y is up, as glTF has it (--up 0,0,1 for z)")
 
 
 def patches_of_mesh(options, reflectance=None, mesh=None):
@@ -94,7 +96,8 @@ def tell_dark(options, patches, light):
     share = np.sum(areas * is_dark) / max(areas.sum(), np.finfo(float).tiny)
     if share > _DARK:
         file = shlex.quote(os.fsdecode(options.input)) + (" --mesh" if options.mesh else "")
-        text = "%s of the surface has no light: hidden from all of it, or facing inwards (`surflux check %s` tells)"
+        text = "%s of the surface has no light: hidden from it, as undersides are, or facing inwards "
+        text += "(`surflux check %s` tells)"
         LOG.info(text, percent(share), file)
 
 

@@ -28,8 +28,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("input", metavar="SCENE|CLOUD", nargs="+", action=_Inputs, help=text)
     _mesh_option(solve)
     text = "the points of a cloud as read, with their light, as .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf; the "
-    text += "solved surfels of a scene or mesh, as .ply (default: INPUT's name + _solved.ply), or the faces of the "
-    text += "mesh with their light, as .vtp; of --tiles a folder (default: tiles_solved)"
+    text += "solved surfels of a scene or mesh, as .ply (default: INPUT's name + _solved.ply), or lit for viewers, as "
+    text += ".glb or .gltf; the faces of a mesh with their light, as .vtp; of --tiles a folder (default: tiles_solved)"
     solve.add_argument("-o", "--output", metavar="OUT", help=text)
     text = "the files are tiles of one survey, solved one after another, each with what is around it; a run that was "
     text += "stopped goes on, and --image is a map from above"

@@ -17,7 +17,7 @@ from surflux.cli.cloud import (
     output_of,
     patches_of_file,
 )
-from surflux.cli.mesh import check_output, is_mesh, patches_of_mesh, save_faces, tell_dark
+from surflux.cli.mesh import is_mesh, patches_of_mesh, save_faces, take_up, tell_dark
 from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
 from surflux.cli.processes import check_processes, is_first, processes_given
 from surflux.cli.saying import error_lines, print_json, told
@@ -69,8 +69,6 @@ def run(options):
     check_images(images)
     kind = kind_of(options)
     _refuse_options(options, kind)
-    if kind == "mesh":
-        check_output(output)
     scene, cloud = _scene_to_solve(options, kind)
     names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
     given = {name: getattr(options, name) for name in names}
@@ -89,11 +87,11 @@ def run(options):
         tell_dark(options, scene.objects[0], solution.per_surfel("irradiance"))
     solution, behind = before_backdrop(options, solution)
     behind = background_of(options, behind)
-    of_faces = kind == "mesh" and output.suffix.lower() != ".ply"
-    if of_faces:
+    suffix = output.suffix.lower()
+    if kind == "mesh" and suffix == ".vtp":
         save_faces(output, options.input, solution)
     elif cloud is None:
-        solution.save(output)
+        solution.save(output, up=options.up or (0.0, 0.0, 1.0))
     else:
         cloud.save(output, solution, options.albedo, options.up)
     if options.solution:
@@ -130,7 +128,8 @@ def run(options):
     for stage, seconds in solution.timings.items():
         print(f"  {stage:<16} {seconds:8.3f} s")
     if cloud is None:
-        print(f"{'faces of the mesh, with their light' if of_faces else 'solved surfels'}: {output}")
+        what = {".ply": "solved surfels", ".vtp": "faces of the mesh, with their light"}
+        print(f"{what.get(suffix, 'lit surfaces')}: {output}")
     else:
         print(f"{cloud.counted()}: {output}")
     if options.solution:
@@ -162,6 +161,8 @@ def _scene_to_solve(options, kind):
         raise sf.FileError(
             f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
         )
+    if kind == "mesh":
+        take_up(options)
     cloud = Cloud(options) if kind == "cloud" else None
     surfels = cloud.surfels if cloud else (patches_of_mesh if kind == "mesh" else patches_of_file)(options)
     camera = camera_of_cloud(options, surfels)

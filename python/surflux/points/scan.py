@@ -49,7 +49,7 @@ class Scan:
     normals: Floats | None = None
     """(n, 3), unit; rows of NaN where the file's are zero or not finite. None where it has none."""
     reflectance: Floats | None = None
-    """(n, 3) linear reflectance of the file's colours, white at .98. None where it has none, or all are 0."""
+    """(n, 3) linear reflectance of the file's colours, 0 to 1, white at .98. None where it has none, or all are 0."""
     attributes: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """What else is known, (n,) each or (n, m), in its own type: intensity, classification, return_number,
     number_of_returns, point_source_id, gps_time, scan_angle (degrees), label, scan, and the file's other columns."""
@@ -71,6 +71,10 @@ class Scan:
         for name in ("normals", "reflectance"):
             if (value := getattr(self, name)) is not None:
                 own[name] = check.rows(name, value, n, 3)
+        if "reflectance" in own:
+            own["reflectance"] = check.in_range(
+                "reflectance", check.all_finite("reflectance", own["reflectance"]), 0, 1
+            )
         viewpoints = check.numeric("viewpoints", self.viewpoints)
         own["viewpoints"] = check.rows("viewpoints", viewpoints, len(viewpoints), 3) if viewpoints.size else _NOWHERE
         for name, values in own.items():

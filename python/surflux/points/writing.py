@@ -38,7 +38,7 @@ def save_surfels(
         path: str or path. Written beside and renamed: a file that was there is replaced whole or not at all.
         surfels: _core.Surfels, what to write.
         radiosity, irradiance, direct: (n, 3) linear RGB, or None. `red green blue`, for other programs, show the
-            radiosity, exposed so that 99 % of it fits, as a view is; without it, the reflectance.
+            radiosity, exposed so that 99 % of what does not emit fits; without it, the reflectance.
         columns: dict of more properties, (n,) or (n, 3) each; (n, 3) become name_r, name_g and name_b.
         comments: lines of text for the header.
         colors: (n, 3) bytes for `red green blue` instead.
@@ -63,7 +63,7 @@ def save_surfels(
     if colors is not None:
         shown = _checked("colors", colors, n, 3)
     elif "radiosity" in results:
-        shown = tone_mapped_bytes(results["radiosity"])
+        shown = tone_mapped_bytes(results["radiosity"], surfels.emission)
     else:
         shown = display_bytes(reflectance / WHITE)
     vertex += _columns(COLOR_NAMES, shown, lambda _: "uchar")

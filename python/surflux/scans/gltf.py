@@ -1,15 +1,21 @@
-"""glTF 2.0 files of points, written: .glb, and .gltf with its buffer inside."""
+"""glTF 2.0 files of points and triangles, written: .glb, and .gltf with its buffer inside."""
 
 import base64
 import json
 import struct
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from surflux._base.files import whole_file, write_whole
 from surflux._base.installation import VERSION
 
-POINTS, ARRAY_BUFFER, FLOAT = 0, 34962, 5126
+POINTS, TRIANGLES = 0, 4
+ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
+UNSIGNED_INT, FLOAT = 5125, 5126
+UNLIT = "KHR_materials_unlit"
 # A .glb file: magic, version and length of all; then chunks, each with its length and type in front.
 GLB_START, GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 GLB_MAGIC, GLB_VERSION, GLB_JSON, GLB_BIN = b"glTF", 2, b"JSON", b"BIN\0"
@@ -17,39 +23,61 @@ GLB_MOST = 2**32 - 1  # bytes
 DATA_URI = "data:application/octet-stream;base64,"
 
 
-def write_gltf_points(path, arrays, matrix=None, extensions=None):
-    """Writes points as one primitive, as .glb or .gltf by the name.
+@dataclass(frozen=True)
+class Primitive:
+    """Points or triangles of a mesh.
+
+    Attributes:
+        arrays: {semantic: (n, width) or (n,)}, "POSITION" among them; written as float32.
+        indices: (m, 3) of the corners of triangles; None of points.
+        extensions: {name: object}.
+        unlit: whether viewers show COLOR_0 as it is, not in lights of their own.
+    """
+
+    arrays: Mapping[str, np.ndarray]
+    indices: np.ndarray | None = None
+    extensions: Mapping[str, Any] = field(default_factory=dict)
+    unlit: bool = False
+
+
+def write_primitives(path, primitives, matrix=None):
+    """Writes primitives as one mesh, as .glb or .gltf by the name.
 
     Args:
         path: Path.
-        arrays: {semantic: (n, width) or (n,)}, "POSITION" among them; written as float32.
+        primitives: list of Primitive.
         matrix: (4, 4) of the node; None for the unit matrix.
-        extensions: {name: object} of the primitive.
 
     Raises:
         ValueError: a .glb file of more than 4 GiB.
         FileError: the file cannot be written.
     """
-    data = {name: np.ascontiguousarray(array, "<f4") for name, array in arrays.items()}
-    size = sum(array.nbytes for array in data.values())
-    header = _header(data, np.eye(4) if matrix is None else matrix, extensions or {})
+    file = _File()
+    header = _header([_primitive(file, p) for p in primitives], np.eye(4) if matrix is None else matrix, file)
     if path.suffix.lower() == ".gltf":
-        packed = base64.b64encode(b"".join(array.tobytes() for array in data.values())).decode("ascii")
-        header["buffers"] = [{"byteLength": size, "uri": DATA_URI + packed}]
+        packed = base64.b64encode(b"".join(array.tobytes() for array in file.data)).decode("ascii")
+        header["buffers"] = [{"byteLength": file.size, "uri": DATA_URI + packed}]
         write_whole(path, _text(header))
         return
-    header["buffers"] = [{"byteLength": size}]
+    header["buffers"] = [{"byteLength": file.size}]
     text = _text(header)
     text += b" " * (-len(text) % 4)
-    whole = GLB_START.size + 2 * GLB_CHUNK.size + len(text) + size
+    whole = GLB_START.size + 2 * GLB_CHUNK.size + len(text) + file.size
     if whole > GLB_MOST:
         raise ValueError(f"path: a .glb file has up to 4 GiB, got {whole / 2**30:.1f}; .gltf and .ply hold more")
-    with whole_file(path) as file:
-        file.write(GLB_START.pack(GLB_MAGIC, GLB_VERSION, whole))
-        file.write(GLB_CHUNK.pack(len(text), GLB_JSON) + text)
-        file.write(GLB_CHUNK.pack(size, GLB_BIN))  # floats alone, so that it is a multiple of 4
-        for array in data.values():
-            file.write(array.data)
+    with whole_file(path) as out:
+        out.write(GLB_START.pack(GLB_MAGIC, GLB_VERSION, whole))
+        out.write(GLB_CHUNK.pack(len(text), GLB_JSON) + text)
+        out.write(GLB_CHUNK.pack(file.size, GLB_BIN))  # numbers of 4 bytes alone, so that it is a multiple of 4
+        for array in file.data:
+            out.write(array.data)
+
+
+def placed(origin, up):
+    """The matrix (4, 4) of a node whose points stand around an origin (3,); `up` (3,), a unit vector, becomes +y."""
+    turn, matrix = up_to_y(up), np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, turn @ origin
+    return matrix
 
 
 def up_to_y(up):
@@ -62,29 +90,57 @@ def up_to_y(up):
     return np.eye(3) + cross + cross @ cross / (1.0 + y)
 
 
-def _header(arrays, matrix, extensions):
-    accessors, views, begin = [], [], 0
-    for name, array in arrays.items():
+class _File:
+    """The arrays of a file, one after another, and what its header says of them."""
+
+    def __init__(self):
+        self.data, self.accessors, self.views, self.size = [], [], [], 0
+
+    def add(self, array, component, target, **more):
+        """The index of the accessor of an array (n, width) or (n,)."""
         kind = "SCALAR" if array.ndim == 1 else f"VEC{array.shape[1]}"
-        accessor = {"bufferView": len(views), "componentType": FLOAT, "count": len(array), "type": kind}
-        if name == "POSITION":
-            accessor |= {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
-        accessors.append(accessor)
-        views.append({"buffer": 0, "byteOffset": begin, "byteLength": array.nbytes, "target": ARRAY_BUFFER})
-        begin += array.nbytes
-    primitive = {"mode": POINTS, "attributes": {name: k for k, name in enumerate(arrays)}}
+        accessor = {"bufferView": len(self.views), "componentType": component, "count": len(array), "type": kind}
+        self.accessors.append(accessor | more)
+        self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": array.nbytes, "target": target})
+        self.data.append(array)
+        self.size += array.nbytes
+        return len(self.accessors) - 1
+
+
+def _primitive(file, of):
+    attributes = {}
+    for name, values in of.arrays.items():
+        array = np.ascontiguousarray(values, "<f4")
+        bounds = {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()} if name == "POSITION" else {}
+        attributes[name] = file.add(array, FLOAT, ARRAY_BUFFER, **bounds)
+    out = {"mode": POINTS if of.indices is None else TRIANGLES, "attributes": attributes}
+    if of.indices is not None:
+        out["indices"] = file.add(np.ascontiguousarray(of.indices, "<u4").ravel(), UNSIGNED_INT, INDEX_BUFFER)
+    if of.unlit:
+        out["material"] = 0
+    return out | ({"extensions": dict(of.extensions)} if of.extensions else {})
+
+
+def _header(primitives, matrix, file):
     node = {"mesh": 0}
     if not np.array_equal(matrix, np.eye(4)):
         node["matrix"] = (matrix.T + 0.0).ravel().tolist()  # columns first; -0 becomes 0
+    used = [name for primitive in primitives for name in primitive.get("extensions", ())]
+    materials = {}
+    if any("material" in primitive for primitive in primitives):
+        used.append(UNLIT)
+        white = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0}
+        materials = {"materials": [{"pbrMetallicRoughness": white, "extensions": {UNLIT: {}}}]}
     return {
         "asset": {"version": "2.0", "generator": f"surflux {VERSION}"},
-        **({"extensionsUsed": list(extensions)} if extensions else {}),
+        **({"extensionsUsed": list(dict.fromkeys(used))} if used else {}),
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [node],
-        "meshes": [{"primitives": [primitive | ({"extensions": extensions} if extensions else {})]}],
-        "accessors": accessors,
-        "bufferViews": views,
+        "meshes": [{"primitives": primitives}],
+        **materials,
+        "accessors": file.accessors,
+        "bufferViews": file.views,
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from surflux._base.color import srgb_to_linear
 from surflux._base.files import unfinished, whole_file
 from surflux._base.warn import warn
-from surflux.scans.gltf import up_to_y, write_gltf_points
+from surflux.scans.gltf import Primitive, placed, write_primitives
 from surflux.scans.las_writing import write_las
 from surflux.scans.names import OWN, Names, scalars
 
@@ -160,9 +160,7 @@ def _write_gltf(path, columns, up):
         if name not in OWN and (values.ndim == 1 or values.shape[1] in (2, 3, 4)):
             arrays["_" + names.free(str(name).upper())] = values
     names.warn_of_others()
-    turn, matrix = up_to_y(up), np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = turn, turn @ middle
-    write_gltf_points(path, arrays, matrix)
+    write_primitives(path, [Primitive(arrays)], placed(middle, up))
 
 
 def _warn_of_rounding(path, positions):

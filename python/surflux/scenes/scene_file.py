@@ -212,12 +212,12 @@ def make_scene(path, data, surfels=None, *, threads=None, progress=False):
     name = top.text("name", path.stem)
     top.text("units", "m")
     tables = top.tables("object")
-    if not tables:
-        raise top.error("object", "wanted at least one [[object]], got none")
     lights = [_light(table) for table in top.tables("light")]
     camera = top.table("camera")
     solve = top.table("solve")
     top.no_more_keys()
+    if not tables:
+        raise top.error("object", "wanted at least one [[object]], got none")
     with watched(threads, progress):
         objects = _objects(tables, surfels, threads)
     return Scene(

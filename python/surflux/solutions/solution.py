@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any, Literal, Unpack, overload
 
 import numpy as np
@@ -14,14 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, stage, thread_limit, watched
-from surflux._base.types import FilePath, Floats, Image, Integers, Progress, Size
+from surflux._base.types import Floats, Image, Integers, Progress, Size
 from surflux.pictures.camera import Camera
 from surflux.points.surfels import Surfels
-from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
-from surflux.solutions import estimating, rendering, showing, summaries, towards
-from surflux.solutions.about import about_solution, pixels_of
+from surflux.solutions import estimating, rendering, saving, showing, summaries, towards
 from surflux.solutions.fields import RAYS, BasisField, Evaluation, SurfelField, basis_field, light_of, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
@@ -306,6 +303,7 @@ class Solution:
         return found if layers is not False else found["radiance"]
 
     radiance_towards, estimate_error = towards.radiance_towards, estimating.estimate_error
+    save = saving.save
     animate, plot, to_pyvista, values = showing.animate, showing.plot, showing.to_pyvista, showing.values
 
     def per_face(self, name: Literal["irradiance", "direct", "radiosity"] = "irradiance", object: int = 0) -> Floats:
@@ -358,37 +356,6 @@ class Solution:
         """
         check.choice("name", name, ("irradiance", "direct", "radiosity"))
         return means_of_parents(self.parents, self.surfels.areas, getattr(self, name))
-
-    def save(self, path: FilePath) -> Path:
-        """Writes surfels, light, camera, Environments and figures as one binary PLY file; see load_solution.
-
-        Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
-        light and images of Environments to the precision of float32, about 7 digits. Left out are the basis of a
-        meshless solution, which pickles and copies keep, and what is glossy, which copies keep: a warning says so. For
-        other programs `red green blue` show the radiosity, the brightest percent of the surfels as white.
-
-        Args:
-            path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
-
-        Returns:
-            The Path written.
-
-        Raises:
-            ValueError: a path with another suffix.
-            FileError: the file cannot be written.
-        """
-        towards.without_lobes(self, path)
-        return save_surfels(
-            ply_path(path),
-            self.surfels._core,
-            radiosity=self.radiosity,
-            irradiance=self.irradiance,
-            direct=self.direct,
-            columns={"parent": self.parents, "object": self.objects, "level": self.levels}
-            | ({} if self.cut is None else {"cut": self.cut}),
-            comments=pack_comments(about_solution(self)),
-            pixels=pixels_of(self),
-        )
 
 
 def _frozen(values):

@@ -24,15 +24,15 @@ def as_text(self) -> str:
 
 def as_lines(self) -> str:
     """str() of Solution: its repr(), and on a second line where the power went, in shares of what entered."""
-    power = _account(self)
+    power, text = _account(self), as_text(self) + _how_to_know(self)
     if power is None:
-        return as_text(self)
+        return text
     whole = power["power_in"]
     places = ", ".join(
         f"{_ACCOUNT[key]} {power[key] / whole:.2%}" if whole > 0 else f"{_ACCOUNT[key]} {power[key]:.3g}"
         for key in list(_ACCOUNT)[1:]
     )
-    return f"{as_text(self)}\npower in {whole:.5g} (all channels): {places}"
+    return f"{text}\npower in {whole:.5g} (all channels): {places}"
 
 
 def as_table(self) -> str:
@@ -44,7 +44,7 @@ def as_table(self) -> str:
         ("surfels", f"{n}, {inserted} of them inserted" if inserted else str(n)),
         ("bounds", box_text(s.bounds)),
         ("area", f"{area:.6g}"),
-        ("error, estimated", "unknown" if math.isnan(self.error) else f"{self.error:.2%}"),
+        ("error, estimated", f"unknown{_how_to_know(self)}" if math.isnan(self.error) else f"{self.error:.2%}"),
     ]
     if power is not None:
         whole, error = power["power_in"], self.history[-1].get("power_lost_error")
@@ -54,6 +54,11 @@ def as_table(self) -> str:
             rows.append((name, f"{power[key]:.5g}{spread}{share}"))
     rows.append(("seconds", f"{sum(self.timings.values()):.3g}"))
     return html_table("Solution", rows)
+
+
+def _how_to_know(self):
+    """Where an error is not known and can be found, how."""
+    return "; estimate_error() finds the error" if math.isnan(self.error) and self._scene is not None else ""
 
 
 def _account(self):

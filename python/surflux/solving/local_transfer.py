@@ -12,7 +12,8 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Floats, Progress
-from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
+from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, Light, PointLight, SpotLight, power_name
+from surflux.scenes.sky import Sky
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
 from surflux.solving.transfer import LARGEST, Transfer
@@ -131,7 +132,14 @@ class LocalTransfer(Transfer):
         for index, light in enumerate(lights):
             if not isinstance(light, LOCAL):
                 what = type(light).__name__
-                raise ValueError(f"lights: wanted point, spot, area or directional lights, got {what} at index {index}")
+                hint = (
+                    f'; precompute_transfer(scene, "distant") and "sky" take {what}'
+                    if isinstance(light, (Environment, Sky))
+                    else ""
+                )
+                raise ValueError(
+                    f"lights: wanted point, spot, area or directional lights, got {what} at index {index}{hint}"
+                )
             power = power_name(light)
             if max(getattr(light, power)) > LARGEST:
                 got = f"{max(getattr(light, power)):g} at index {index}"
@@ -153,8 +161,4 @@ def _penumbra_options(probes, penumbra_rays):
 
 
 def _as_list(lights):
-    if isinstance(lights, LIGHTS):
-        return [lights]
-    if not isinstance(lights, (list, tuple)):
-        raise ValueError(f"lights: wanted a light or a list of lights, got {type(lights).__name__}")
-    return list(lights)
+    return list(lights) if isinstance(lights, (list, tuple)) else [lights]

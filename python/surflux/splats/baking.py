@@ -19,7 +19,8 @@ def baked(solution, degree, exposure, stops, color_space):
     stops = check.number("stops", stops, -100.0, 100.0)
     glossy = has_lobes(solution)
     if exposure is None:
-        exposure = 1.0 / white_of(mean_ahead(towards, surfels.normals) if glossy else solution.radiosity / np.pi)
+        radiance = mean_ahead(towards, surfels.normals) if glossy else solution.radiosity / np.pi
+        exposure = 1.0 / white_of(radiance, surfels.emission)
     factor = check.number("exposure", exposure, 0.0, low_open=True) * 2.0**stops
 
     def coded(radiance):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux._base.color import srgb_to_linear
-from surflux.scans.gltf import up_to_y, write_gltf_points
+from surflux.scans.gltf import Primitive, placed, write_primitives
 from surflux.splats import gltf_format as gltf
 from surflux.splats.origins import to_origin
 from surflux.splats.view_colors import even_color
@@ -16,10 +16,8 @@ def write_gltf(path, gaussians, up):
     it was. Raises FileError.
     """
     positions, origin = to_origin(gaussians.positions, gaussians.scales)
-    turn, matrix = up_to_y(up), np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = turn, turn @ origin
     extensions = {gltf.EXTENSION: {"kernel": "ellipse", "colorSpace": gltf.COLOR_SPACES[gaussians.color_space]}}
-    write_gltf_points(path, _attributes(gaussians, positions), matrix, extensions)
+    write_primitives(path, [Primitive(_attributes(gaussians, positions), extensions=extensions)], placed(origin, up))
 
 
 def _attributes(g, positions):

@@ -145,7 +145,7 @@ def test_an_obj_file_of_points_stays_a_cloud(here, run):
     [
         (("--thin", 100), "--thin: is for a cloud"),
         (("--keep-outliers",), "--keep-outliers: is for a cloud"),
-        (("-o", "lit.csv"), "-o: wanted a name ending in .ply or .vtp of a mesh, got 'lit.csv'"),
+        (("-o", "lit.csv"), "-o: wanted a name ending in .ply, .glb, .gltf, .vtp, got 'lit.csv'"),
     ],
 )
 def test_what_a_mesh_does_not_take_is_refused(bowl, run, options, said):
@@ -165,3 +165,22 @@ def test_a_scene_file_says_itself_what_it_takes(here, run):
     status, _, err = run("solve", "room.toml", "--mesh")
     assert status == 2
     assert "--mesh: is for a PLY file; a scene file says by its key kind what it takes" in err
+
+
+def test_a_mesh_is_written_lit_for_viewers(here, run):
+    """glTF has y up, by its specification: as input, and as output of what has z up."""
+    trimesh = pytest.importorskip("trimesh")
+    table = trimesh.creation.box([2, 0.2, 1])
+    table.export(here / "table.glb")
+    status, out, err = run("solve", "table.glb", "-o", "lit.glb", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "lit surfaces: lit.glb" in out
+    assert "y is up, as glTF has it (--up 0,0,1 for z)" in err
+    lit = trimesh.load(here / "lit.glb", force="mesh", skip_materials=True)
+    assert lit.bounds == pytest.approx(table.bounds, abs=1e-6)
+    top = lit.visual.vertex_colors[np.asarray(lit.vertex_normals)[:, 1] > 0.9]
+    assert top[:, 0].min() > 100
+    table.export(here / "table.stl")
+    status, _, err = run("solve", "table.stl", "-o", "lit.gltf", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert trimesh.load(here / "lit.gltf", force="mesh").bounds[1] == pytest.approx([1.0, 0.5, 0.1], abs=1e-6)

@@ -64,6 +64,15 @@ def test_what_is_wrong_is_still_refused(value):
         ({"points": 3.0}, r"points: wanted shape \(1, 3\), got \(\)"),
         ({"points": [[0, 0]]}, r"points: wanted shape \(1, 3\), got \(1, 2\)"),
         ({"points": [[0, 0, 0]], "reflectance": 0.5}, r"reflectance: wanted shape \(1, 3\), got \(\)"),
+        (
+            {"points": [[0, 0, 0]], "reflectance": [[0.5, 1.2, 0]]},
+            r"reflectance: wanted values in \[0, 1\], got 1\.2.*",
+        ),
+        (
+            {"points": [[0, 0, 0]], "reflectance": [[-0.1, 0, 0]]},
+            r"reflectance: wanted values in \[0, 1\], got -0\.1.*",
+        ),
+        ({"points": [[0, 0, 0]], "reflectance": [[np.nan, 0, 0]]}, "reflectance: wanted finite numbers, got nan.*"),
         ({"points": [[0, 0, 0]], "normals": [[0, 0, 1]] * 2}, r"normals: wanted shape \(1, 3\), got \(2, 3\)"),
         (
             {"points": [[0, 0, 0]], "attributes": {"class": [1, 2]}},

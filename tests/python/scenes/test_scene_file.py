@@ -159,6 +159,7 @@ WRONG = [
     ("x = [1.0, -.25]\n", r"line 1, column 11\): Invalid value: .* write -0\.25$"),
     ('a = "', r"\(.*\): "),
     ("", r"\(object\): wanted at least one \[\[object\]\], got none"),
+    ("[[objects]]\nshape = 'box'", r"\(objects\): is not a key here; there is name, units, object, light"),
     ("object = 3", r"\(object\): wanted tables, each headed \[\[object\]\]"),
     ("[object]\nshape = 'box'", r"\(object\): wanted tables"),
     (FLOOR + "[lights]", r"\(lights\): is not a key here; there is name, units, object, light, camera, solve"),

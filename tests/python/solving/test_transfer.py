@@ -273,8 +273,8 @@ def test_options_out_of_range_are_refused(options, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"lights": sf.Environment(1.0)}, "lights: wanted point, spot, area or directional lights, got Environment"),
-        ({"lights": 3}, "lights: wanted a light or a list of lights, got int"),
+        ({"lights": sf.Environment(1.0)}, "got Environment at index 0; precompute_transfer"),
+        ({"lights": 3}, "lights: wanted point, spot, area or directional lights, got int at index 0"),
         ({"lights": [LAMP, None]}, "lights: wanted point, .*, got NoneType at index 1"),
         ({"lights": LAMP, "reflectance": 1.0}, "reflectance: "),
         ({"lights": LAMP, "reflectance": [0.1, 0.2]}, "reflectance: "),

@@ -1,0 +1,80 @@
+"""A solution as glTF, for viewers: lit triangles of meshes and lit points of clouds."""
+
+import itertools
+
+import numpy as np
+
+from surflux._base.color import white_of
+from surflux.scans.gltf import Primitive, placed, write_primitives
+
+_ALIKE = 0.8  # cosine between normals of triangles that are one surface around a corner
+_LEAST = np.finfo(np.float64).tiny
+
+
+def save_gltf(path, solution, up):
+    """Writes the surfels of a solution, patches as triangles and disks as points, with the light that leaves them.
+
+    Light varies over triangles: a corner has the mean of those around it that face alike.
+
+    Args:
+        path: Path, ending in .glb or .gltf.
+        up: (3,), a unit vector, which becomes y.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    s, white = solution.surfels, white_of(solution.radiosity, solution.surfels.emission)
+    middle = np.median(s.points, axis=0)  # where floats are finest
+    parts = []
+    if len(s.triangles):
+        owner = np.repeat(s.triangle_surfel, 3)
+        irradiance = _at_corners(s.triangles, s.normals[s.triangle_surfel], solution.irradiance[s.triangle_surfel])
+        radiosity = s.emission[owner] + s.reflectance[owner] * irradiance
+        whole = s.triangles.reshape(-1, 3) - middle, s.normals[owner], irradiance, radiosity
+        table, indices = np.unique(np.hstack(whole).astype(np.float32), axis=0, return_inverse=True)
+        parts.append(_primitive(*np.hsplit(table, 4), white, _with_area(indices.reshape(-1, 3))))
+    disks = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+    if len(disks):
+        light = solution.irradiance[disks], solution.radiosity[disks]
+        parts.append(_primitive(s.points[disks] - middle, s.normals[disks], *light, white))
+    write_primitives(path, parts, placed(middle, up))
+
+
+def _primitive(positions, normals, irradiance, radiosity, white, indices=None):
+    color = np.clip(radiosity / white, 0.0, 1.0)
+    arrays = {"POSITION": positions, "NORMAL": normals, "COLOR_0": color}
+    return Primitive(arrays | {"_IRRADIANCE": irradiance, "_RADIOSITY": radiosity}, indices, unlit=True)
+
+
+def _with_area(indices):
+    """Without triangles two corners of which are one, as floats of 32 bits have them."""
+    return indices[np.all(indices != np.roll(indices, 1, axis=1), axis=1)]
+
+
+def _at_corners(triangles, normals, values):
+    """(3 t, k) at the corners of triangles (t, 3, 3): means of values (t, k), weighted by the angle there."""
+    normals, values = np.repeat(normals, 3, axis=0), np.repeat(values, 3, axis=0)
+    weights = _angles(triangles).ravel()
+    _, place = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    order = np.argsort(place.ravel(), kind="stable")
+    place = place.ravel()[order]
+    sums, whole = weights[:, None] * values, weights.copy()
+    first = np.arange(len(order))
+    for step in itertools.count(1):  # each corner with the others in its place
+        first = first[first + step < len(order)]
+        first = first[place[first] == place[first + step]]
+        if not len(first):
+            return sums / whole[:, None]
+        one, other = order[first], order[first + step]
+        alike = np.einsum("ij,ij->i", normals[one], normals[other]) > _ALIKE
+        for here, there in ((one[alike], other[alike]), (other[alike], one[alike])):  # none twice in either
+            sums[here] += weights[there, None] * values[there]
+            whole[here] += weights[there]
+
+
+def _angles(triangles):
+    """(t, 3) of triangles (t, 3, 3), in radians; a trifle where there is none."""
+    ahead = np.roll(triangles, -1, axis=1) - triangles
+    behind = np.roll(triangles, 1, axis=1) - triangles
+    sine = np.linalg.norm(np.cross(ahead, behind), axis=2)
+    return np.maximum(np.arctan2(sine, np.einsum("ijk,ijk->ij", ahead, behind)), _LEAST)
