@@ -245,6 +245,12 @@ void bind_scene(py::module_& module) {
                                        out.append(py::make_tuple(of.object, of.ratio));
                                    return out;
                                })
+        .def_property_readonly("shut_off",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const ShutOff& of : c.shut_off) out.append(py::make_tuple(of.object, of.disks));
+                                   return out;
+                               })
         .def_property_readonly("gaps",
                                [](const Coincidence& c) {
                                    py::list out;

@@ -113,6 +113,9 @@ class Coincidence:
     def overlaps(self) -> list:
         ...
     @property
+    def shut_off(self) -> list:
+        ...
+    @property
     def uncovered(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
     @property

@@ -299,9 +299,9 @@ def test_a_missing_file_has_the_same_words_everywhere(name, file, tmp_path):
 
 @pytest.mark.parametrize("name", ["Surfels.save", "Solution.save"])
 @pytest.mark.parametrize("file", ["a.obj", "a", "a.ply.txt", b"a.las"])
-def test_surfels_and_solutions_are_saved_as_ply_alone(name, file, tmp_path, monkeypatch):
+def test_surfels_and_solutions_are_saved_under_names_of_their_formats(name, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ValueError, match=r"^path: wanted a name ending in \.ply, got 'a"):
+    with pytest.raises(ValueError, match=r"^path: wanted a name ending in \.ply(, \.glb, \.gltf)?, got 'a"):
         PATHS[name](file)
     assert not list(tmp_path.iterdir())
     PATHS[name]("A.PLY")

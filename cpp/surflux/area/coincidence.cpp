@@ -113,9 +113,15 @@ std::vector<Coarse> find_coarse(const Scene& scene, const Extent& extent) {
 Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     const Extent extent(scene.surfels);
     Covers covers = CoverFinder(scene, extent).run(progress);
-    return {std::move(covers.covers),  std::move(covers.uncovered), std::move(covers.close_sheets),
-            std::move(covers.gaps),    std::move(covers.sheets),    find_disk_overlaps(scene, extent, progress),
-            find_coarse(scene, extent), {}};
+    return {std::move(covers.covers),
+            std::move(covers.uncovered),
+            std::move(covers.close_sheets),
+            std::move(covers.gaps),
+            std::move(covers.sheets),
+            find_disk_overlaps(scene, extent, progress),
+            find_coarse(scene, extent),
+            {},
+            {}};
 }
 
 void count_once(Scene& scene, const Coincidence& found, const Progress& progress) {

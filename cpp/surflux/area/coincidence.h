@@ -17,10 +17,17 @@ struct Coarse {
     double contact = 0.0;  // the largest distance within which surfaces there touch
 };
 
-// An object whose surfels have been given areas, other than those of their disks as rays meet them.
+// An object whose disks emit and have been given areas, other than those of the disks as rays meet them.
 struct UnlikeAreas {
     std::uint32_t object = 0;
-    double ratio = 1.0;  // of what is given, over the disks' own
+    double ratio = 1.0;  // of the power by what is given, over that by the disks' own
+};
+
+// An object many of whose disks have another of it closely above them that faces them: both sides of a sheet, at places
+// of their own.
+struct ShutOff {
+    std::uint32_t object = 0;
+    std::size_t disks = 0;
 };
 
 // Coincident geometry that faces the same way, which a rasterizer would show as z-fighting: a carpet modelled into a
@@ -33,7 +40,8 @@ struct Coincidence {
     std::vector<Sheet> sheets;
     DiskOverlaps disks;
     std::vector<Coarse> coarse;             // ascending
-    std::vector<UnlikeAreas> unlike_areas;  // ascending; found by compile_scene
+    std::vector<UnlikeAreas> unlike_areas;  // these, too: found by compile_scene
+    std::vector<ShutOff> shut_off;
 };
 
 // Patches coincide within twice the contact distance, as far as triangles overlap there; what of disks does,

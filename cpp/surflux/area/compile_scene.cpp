@@ -18,6 +18,8 @@ constexpr double least_area = 1e-9;  // of a disk: what others cover altogether 
 constexpr std::size_t disks_held = 10'000;
 constexpr double unlike = 0.05;  // of their logarithms: of coarse convex clouds, D04's own areas are as much too large
 
+constexpr double many_shut_off = 0.2;  // of the disks of an object: what stands on a floor shuts off some, rightly
+
 void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     std::size_t n = 0, triangles = 0;
     for (const Surfels* s : objects) n += s->size(), triangles += s->triangles.size();
@@ -30,23 +32,22 @@ void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     all.triangles.reserve(triangles);
 }
 
-// Of disks, the areas given over their own, where these are above 0; 1 where none is.
-double ratio_of_areas(const Surfels& object, const std::vector<bool>& is_disk, const std::vector<double>& own) {
+// Of disks that emit, the power by the areas given over that by their own, where these are above 0; 1 where none does.
+double ratio_of_powers(const Surfels& object, const std::vector<bool>& is_disk, const std::vector<double>& own) {
     double given_sum = 0.0, own_sum = 0.0;
     for (std::size_t i = 0; i < object.size(); ++i) {
         if (!is_disk[i] || !(own[i] > 0.0)) continue;
-        given_sum += object.areas[i];
-        own_sum += own[i];
+        given_sum += luminance(object.emission[i]) * object.areas[i];
+        own_sum += luminance(object.emission[i]) * own[i];
     }
     return own_sum > 0.0 ? given_sum / own_sum : 1.0;
 }
 
-// Areas and ends of the object whose surfels begin at `first`. Returns the areas given to disks over their own, 1 where
-// none were given.
-double add_areas_and_ends(Surfels& all, std::uint32_t first, const Surfels& object, const Progress& progress) {
+// Areas and ends of the object whose surfels begin at `first`, and what is odd about them.
+void add_areas_and_ends(Surfels& all, std::uint32_t first, std::uint32_t number, const Surfels& object,
+                        Coincidence& odd, const Progress& progress) {
     const std::vector<bool> is_disk = disks_among(object);
     const auto disks = static_cast<std::size_t>(std::count(is_disk.begin(), is_disk.end(), true));
-    double ratio = 1.0;
     DiskEnds found;
     if (object.areas.empty()) {
         std::vector<double> areas;
@@ -57,16 +58,18 @@ double add_areas_and_ends(Surfels& all, std::uint32_t first, const Surfels& obje
         if (disks > 0) {
             std::vector<double> own;
             found = find_areas_and_ends(object, own, 1 + disks / disks_held, progress);
-            ratio = ratio_of_areas(object, is_disk, own);
+            const double ratio = ratio_of_powers(object, is_disk, own);
+            if (std::abs(std::log(ratio)) > unlike) odd.unlike_areas.push_back({number, ratio});
         }
         all.areas.insert(all.areas.end(), object.areas.begin(), object.areas.end());
     }
+    if (static_cast<double>(found.shut_off) > many_shut_off * static_cast<double>(disks))
+        odd.shut_off.push_back({number, found.shut_off});
     for (DiskEnd& end : found.ends) {
         end.surfel += first;
         all.ends.push_back(end);
     }
     for (const std::uint32_t i : found.alone) all.alone.push_back(first + i);
-    return ratio;
 }
 
 }  // namespace
@@ -84,8 +87,7 @@ Scene compile_scene(const std::vector<const Surfels*>& objects, std::vector<Ligh
     coincidence = find_coincidence(scene, progress);
     std::uint32_t first = 0;
     for (std::uint32_t k = 0; k < objects.size(); ++k) {
-        const double ratio = add_areas_and_ends(scene.surfels, first, *objects[k], progress);
-        if (std::abs(std::log(ratio)) > unlike) coincidence.unlike_areas.push_back({k, ratio});
+        add_areas_and_ends(scene.surfels, first, k, *objects[k], coincidence, progress);
         first += static_cast<std::uint32_t>(objects[k]->size());
     }
     count_once(scene, coincidence, progress);

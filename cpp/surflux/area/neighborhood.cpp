@@ -21,6 +21,8 @@ constexpr double sharpest_crease = -0.5;
 constexpr double layer_slope = 0.35;
 // Between the normals of disks at one place that are one disk: they are apart by what floats or an estimate leave.
 constexpr double pile_cosine = 0.999;
+// A disk that faces another, and how far above that, over its radius: the two sides of a sheet that is bent.
+constexpr double shut_cosine = -0.9, shut_height = 0.05, shut_rounding = 1e-7;
 // What may stick out over a crease's plane, over the sum of the two radii.
 constexpr double crease_tolerance = 0.05;
 // How far around a surfel, over its spacing, the hull of the points is taken; where points crowd, over .6 of its
@@ -80,6 +82,16 @@ double mean_spacing(const std::vector<Member>& around) {
     double sum = 0.0;
     for (const auto& n : nearest) sum += n.first;
     return nearest.empty() ? 0.0 : sum / static_cast<double>(nearest.size());
+}
+
+// Is the middle of a disk closely beneath another that faces it, as it is where both sides of a sheet are sampled at
+// places of their own? What has a side of its own at the same place lets light pass.
+bool is_beneath(const Member& other, const std::vector<Member>& surface) {
+    if (!(other.normal.z < shut_cosine) || !(length(other.position) < other.radius)) return false;
+    const double above = dot(other.position, other.normal) / other.normal.z;
+    if (!(above > -shut_rounding && above < shut_height)) return false;
+    return std::none_of(surface.begin(), surface.end(),
+                        [&](const Member& own) { return length(own.position - other.position) <= shut_rounding; });
 }
 
 }  // namespace
@@ -164,6 +176,8 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
 
 bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out) const {
     gather(i, ratio, out);
+    out.is_shut_off = std::any_of(out.crease.begin(), out.crease.end(),
+                                  [&](const Member& other) { return is_beneath(other, out.surface); });
     out.surface.erase(std::remove_if(out.surface.begin() + 1, out.surface.end(), is_layer), out.surface.end());
     std::vector<Member> around(out.surface.begin() + 1, out.surface.end());
     std::vector<OrientedPoint> points;

@@ -29,6 +29,7 @@ struct Neighborhood {
     std::vector<Member> crease;   // neighbours around a crease that does not end the disk: they share it
     std::vector<HalfPlane> ends;  // the disk's domain lies within all of them: creases, then borders
     std::size_t crease_ends = 0;  // how many of them are creases
+    bool is_shut_off = false;     // does a disk of another place face the disk's own so closely that it gets no light?
     SurfaceModel model;
 };
 

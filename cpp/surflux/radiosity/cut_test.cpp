@@ -45,7 +45,7 @@ int rays_for(double times, std::uint32_t rays, int most) {
 
 CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed,
                  const RefinementTuning& tuning)
-    : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), tuning_(tuning), passed_(tree.size(), -1.0f) {}
+    : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), tuning_(tuning) {}
 
 double CutTest::standard_error(const Gathering& gathering, std::uint32_t row, const GatheredSystem& system,
                                const std::vector<double>& sent) {
@@ -214,7 +214,6 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
                 const std::uint32_t node = cut.nodes[k];
-                if (passed_[node] >= 0.0f) continue;
                 const double spread = noise.standard_error[k];
                 double interpolation_error = 0.0;
                 if (!tree_.is_leaf(node)) {
@@ -236,15 +235,13 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);
                 }
                 squared[k] = spread * spread + interpolation_error * interpolation_error;
-                if (!out.refine[k] && out.rays[k] == 0) passed_[node] = static_cast<float>(squared[k]);
             }
         },
         progress);
     double sum = 0.0, total = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const double area = tree_.area(cut.nodes[k]);
-        const double passed = static_cast<double>(passed_[cut.nodes[k]]);
-        sum += area * (passed < 0.0 ? squared[k] : passed);
+        sum += area * squared[k];
         total += area;
     }
     out.error = reference > 0.0 ? std::sqrt(sum / total) / reference : 0.0;

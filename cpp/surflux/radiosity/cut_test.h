@@ -38,7 +38,8 @@ public:
             const RefinementTuning& tuning = {});
 
     // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `reference`: luminance of
-    // the RMS of H. `most_rays`: of a node. A node that has passed once is not tested again.
+    // the RMS of H. `most_rays`: of a node. All nodes are asked each time: one that saw nothing of what is small and
+    // bright learns of it by those around it, once they have given way to their members.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
                       const std::vector<double>& sent, const Allowed& allowed, double reference, double usual_area,
                       int most_rays, const Progress& progress);
@@ -66,7 +67,6 @@ private:
         std::uint32_t first, count;  // rows
     };
     std::unordered_map<std::uint32_t, Probes> probes_of_;  // of groups
-    std::vector<float> passed_;  // of each node of the tree that has passed, its squared error; else negative
 };
 
 }  // namespace surflux

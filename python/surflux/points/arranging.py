@@ -15,6 +15,8 @@ from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.gloss import NO_GLOSS, gloss_arrays, require_energy
 
+_OPPOSITE = -0.999999  # cosine between the normals of the two sides of a sheet, as the ray tracer has it
+
 
 def flipped(self: SomeSurfels, mask: ArrayLike | None = None) -> SomeSurfels:
     """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
@@ -111,10 +113,10 @@ def thinned(
     Positions, normals and materials are kept; areas are left open. Radii are estimated anew, but where
     a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
     than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
-    Patches of a mesh lose their triangles and become disks.
+    Patches of a mesh lose their triangles and become disks. The two sides of a sheet (`two_sided`) stay together.
 
     Args:
-        n: number of surfels to keep, from 2 to len(self).
+        n: number of surfels to keep, from 2 to len(self); where all have two sides and it is odd, one less is kept.
         seed: the same seed gives the same subset.
         threads: at most this many; None for all.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
@@ -128,23 +130,68 @@ def thinned(
 
 
 def thinned_with_rows(self, n, seed=0, *, threads=None, progress=False):
-    """What thinned gives, and the rows (n,) of self that were kept, ascending."""
+    """What thinned gives, and the rows of self that were kept, ascending."""
     n = check.count("n", n, 2, 2**63 - 1)
     seed = check.seed("seed", seed)
     if n > len(self):
         raise ValueError(f"n: {only_so_many(len(self), n)}")
     with watched(threads, progress):
-        area = surface_area(self)
-        kept = np.arange(n)
-        if n < len(self):
-            kept = _core.eliminate_samples(self.points, n, area, seed, progress=stage("samples"))
-        points = np.ascontiguousarray(self.points[kept])
+        area, back_of = surface_area(self), _backs(self.points, self.normals)
+        kept = np.arange(n) if n == len(self) else _thinned_rows(self.points, back_of, n, area, seed)
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
-        normals = np.ascontiguousarray(self.normals[kept])
-        radii = np.minimum(estimated_radii(points, normals), largest)
+        of = np.arange(len(self))
+        of[back_of[back_of >= 0]] = np.flatnonzero(back_of >= 0)  # of the back of a sheet its front, else itself
+        fronts, of = np.unique(of[kept], return_inverse=True)
+        points, normals = (np.ascontiguousarray(values[fronts]) for values in (self.points, self.normals))
+        radii = largest  # of the two sides of one point, which has no neighbours
+        if len(fronts) > 1:
+            radii = np.minimum(estimated_radii(points, normals)[of], largest)
+        points, normals = (np.ascontiguousarray(values[kept]) for values in (self.points, self.normals))
     gloss = gloss_at(self._core, kept)
     core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept], **gloss)
     return self._from_core(core), kept
+
+
+def _backs(points, normals):
+    """(n,): for the first side of each two-sided sheet the row of the other, at its place; -1 for all others."""
+    back_of = np.full(len(points), -1)
+    _, first, place, count = np.unique(points, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    place = place.ravel()
+    several = np.flatnonzero(count[place] > 1)
+    along = np.einsum("ij,ij->i", normals[several], normals[first[place[several]]])
+    sides = [several[along > -_OPPOSITE], several[along < _OPPOSITE]]
+    # The k-th of one side at a place belongs to the k-th of the other there.
+    keys = [_numbered(place[rows]) for rows in sides]
+    _, of_front, of_back = np.intersect1d(
+        *(place[r] * len(points) + k for r, k in zip(sides, keys, strict=True)), assume_unique=True, return_indices=True
+    )
+    back_of[sides[0][of_front]] = sides[1][of_back]
+    return back_of
+
+
+def _numbered(values):
+    """Of each of some values, how many before it are the same."""
+    order = np.argsort(values, kind="stable")
+    run = np.flatnonzero(np.diff(values[order], prepend=-1))
+    out = np.empty(len(values), np.int64)
+    out[order] = np.arange(len(values)) - np.repeat(run, np.diff(run, append=len(values)))
+    return out
+
+
+def _thinned_rows(points, back_of, n, area, seed):
+    """Rows, ascending, by sample elimination: of sheets with both sides, and of all else, as much as there is of it."""
+    fronts = np.flatnonzero(back_of >= 0)
+    alone = np.setdiff1d(np.arange(len(points)), np.concatenate([fronts, back_of[fronts]]))
+    of_fronts = min(len(fronts), round(n * len(fronts) / len(points)), n // 2)
+    parts = []
+    for rows, wanted in ((fronts, of_fronts), (alone, min(n - 2 * of_fronts, len(alone)))):
+        kept = rows[:wanted]
+        if 2 <= wanted < len(rows):
+            share = area * len(rows) / len(points)
+            own = np.ascontiguousarray(points[rows])
+            kept = rows[_core.eliminate_samples(own, wanted, share, seed, progress=stage("samples"))]
+        parts.append(kept)
+    return np.sort(np.concatenate([*parts, back_of[parts[0]]]))
 
 
 def concatenate(surfels: list[SomeSurfels] | tuple[SomeSurfels, ...]) -> SomeSurfels:

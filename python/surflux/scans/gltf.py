@@ -23,7 +23,7 @@ GLB_MOST = 2**32 - 1  # bytes
 DATA_URI = "data:application/octet-stream;base64,"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Primitive:
     """Points or triangles of a mesh.
 

@@ -16,10 +16,10 @@ _COVERED = 1e-3
 def warn_of_layers(scene):
     """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart.
 
-    And of areas that do not fit the disks that have them.
+    And of areas that do not fit the disks that have them, and of points of two sides that shut each other off.
     """
     dark = (*_covered_emitters(scene), *_gaps(scene, glowing=True))
-    for text in (*_layers(scene), *dark, *_coarse(scene), *_unlike_areas(scene), *_divided(scene)):
+    for text in (*_layers(scene), *dark, *_coarse(scene), *_unlike_areas(scene), *_shut_off(scene), *_divided(scene)):
         warn(text)
 
 
@@ -38,14 +38,16 @@ def coincidence_of(scene):
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
     lines += [*_layers(scene, _LEAST_CHECKED), *_covered_emitters(scene), *_gaps(scene)]
-    lines += [*_coarse(scene), *_unlike_areas(scene), *_divided(scene)]
+    lines += [*_coarse(scene), *_unlike_areas(scene), *_shut_off(scene), *_divided(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
     gaps = [dict(zip(("one", "other", "area", "width"), g, strict=True)) for g in found.gaps]
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
     unlike = [dict(zip(("object", "ratio"), u, strict=True)) for u in found.unlike_areas]
+    shut = [dict(zip(("object", "points"), s, strict=True)) for s in found.shut_off]
     lists = {"overlaps": overlaps, "close_sheets": sheets, "gaps": gaps, "coarse": coarse, "unlike_areas": unlike}
+    lists["shut_off"] = shut
     return {"covered": len(covered), **lists}, lines
 
 
@@ -126,9 +128,17 @@ def _coarse(scene):
 def _unlike_areas(scene):
     for which, ratio in scene._coincidence().unlike_areas:
         yield (
-            f"object {which}: its areas are {ratio:.3g} times those of its disks, which are what rays meet: light that "
-            "is found by areas and light that is found by rays differ by as much. Leave areas out, for they are found "
-            f"from the disks, or give radii {np.sqrt(ratio):.3g} times as large"
+            f"object {which}: by their areas, its disks that emit send {ratio:.3g} times what rays meet of them: light "
+            "that is found by areas (pairs, powers) and light that is found by rays differ by as much. Give such lamps "
+            "as meshes, or by more points"
+        )
+
+
+def _shut_off(scene):
+    for which, disks in scene._coincidence().shut_off:
+        yield (
+            f"object {which}: {counted(disks, 'point')} of it lie beneath others that face them, as where both sides "
+            "of a sheet are sampled apart from each other: they get no light. Give one side, with two_sided=True"
         )
 
 

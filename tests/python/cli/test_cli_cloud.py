@@ -133,7 +133,7 @@ def test_what_goes_with_clouds_alone_is_refused(here, run):
         assert status == 2
         assert f"{flag}: is for a cloud" in err
     status, _, err = run("solve", "room.toml", "-o", "room.las")
-    assert (status, "-o: wanted a name ending in .ply, got 'room.las'" in err) == (2, True)
+    assert (status, "-o: wanted a name ending in .ply, .glb, .gltf, got 'room.las'" in err) == (2, True)
     Path("holes.csv").write_text("x,y,z\n0,0,0\nnan,0,0\n1,0,0\n1,1,0\n")
     status, _, err = run("solve", "holes.csv", "--strict")
     assert status == 2
@@ -200,7 +200,7 @@ def test_columns_of_the_cloud_are_none_of_the_solution(here, run):
 def test_patches_are_no_cloud(here, run):
     sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 0.1).save("floor.ply")
     status, _, err = run("solve", "floor.ply", "-o", "out.las")
-    assert (status, "-o: wanted a name ending in .ply, got 'out.las'" in err) == (2, True)
+    assert (status, "-o: wanted a name ending in .ply, .glb, .gltf, got 'out.las'" in err) == (2, True)
     status, _, err = run("solve", "floor.ply", "--albedo")
     assert (status, "--albedo: is for a cloud" in err) == (2, True)
     assert run("solve", "floor.ply", "--no-image", "--light", "sky")[0] == 0

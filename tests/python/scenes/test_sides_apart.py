@@ -1,0 +1,95 @@
+"""Sheets of points with two sides, whose disks must not shut each other off."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.scenes.coincidence import coincidence_of
+
+SUN = sf.DirectionalLight([0, 0, -1], 10.0)
+SQUARE = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+
+
+def places(n, seed=0):
+    return np.column_stack([np.random.default_rng(seed).uniform(-1, 1, (n, 2)), np.zeros(n)])
+
+
+def sheet(n=600, seed=0, up=1.0, **options):
+    return sf.Surfels(places(n, seed), normals=[[0, 0, up]] * n, **options)
+
+
+def shell(n=600):
+    normals = np.random.default_rng(1).normal(size=(n, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    return sf.Surfels(normals, normals=normals, two_sided=True)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("n", [2, 3, 400, 401, 1199])
+def test_thinning_keeps_two_sides_together(n, seed):
+    """Drawn apart, they had 3 to 5 % of their light."""
+    thin = sheet(two_sided=True).thinned(n, seed)
+    assert len(thin) == n - n % 2
+    up, down = (thin.points[thin.normals[:, 2] * side > 0.0] for side in (1, -1))
+    assert sorted(map(tuple, up)) == sorted(map(tuple, down))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solution = sf.solve(sf.Scene([thin], [SUN]), rays=16)
+    assert solution.per_surfel()[thin.normals[:, 2] > 0.0] == pytest.approx(10.0)
+
+
+def test_a_shell_thinned_has_all_its_light():
+    solution = sf.solve(sf.Scene([shell().thinned(500)], [SUN]), rays=64)
+    s = solution.surfels
+    outside = np.einsum("ij,ij->i", s.points, s.normals) > 0.0
+    assert (solution.irradiance[:, 0] * s.areas)[outside].sum() == pytest.approx(10.0 * np.pi, rel=0.005)
+
+
+def test_what_has_one_side_and_what_has_two_are_kept_in_proportion():
+    ball = sf.Surfels(np.random.default_rng(2).normal(size=(600, 3)), normals=[[0, 0, 1]] * 600, radii=0.1)
+    for n in (3, 200, 1001):
+        thin = sf.concatenate([sheet(two_sided=True), ball]).thinned(n)
+        assert len(thin) == n
+        assert np.sum(thin.points[:, 2] == 0.0) == pytest.approx(2 * n / 3, abs=1.0)
+
+
+def test_piles_have_no_other_side():
+    """Of a million points in one place, too: no pair of them is looked at."""
+    pile = sf.Surfels(np.zeros((200_000, 3)), normals=[[0, 0, 1]] * 200_000, radii=0.1)
+    from surflux.points.arranging import _backs
+
+    assert np.all(_backs(pile.points, pile.normals) == -1)
+    both = sf.concatenate([pile[:3], pile[:2].flipped(), sheet(2)])
+    assert _backs(both.points, both.normals).tolist() == [3, 4, -1, -1, -1, -1, -1]
+
+
+APART = {
+    "a random half": lambda: sheet(two_sided=True)[np.random.default_rng(3).random(1200) < 0.5],
+    "of a shell": lambda: shell()[np.random.default_rng(3).random(1200) < 0.5],
+    "a mesh with both faces, sampled": lambda: sf.Surfels.sample_mesh((SQUARE, [[0, 1, 2, 3], [3, 2, 1, 0]]), 800),
+    "front and back": lambda: sf.concatenate([sheet(), sheet(seed=1, up=-1.0)]),
+}
+
+
+@pytest.mark.parametrize("name", APART)
+def test_sides_sampled_apart_are_named(name):
+    with pytest.warns(
+        UserWarning, match=r"object 0: \d+ points of it lie beneath others that face them.*two_sided=True"
+    ):
+        sf.solve(sf.Scene([APART[name]()], [SUN]), rays=16)
+
+
+@pytest.mark.parametrize(
+    "surfels",
+    [
+        sheet(two_sided=True),
+        shell(),
+        sf.concatenate([sheet(), sheet().flipped()]),
+        sf.concatenate([sheet(), sf.Surfels(places(600, 1) - [0, 0, 1e-3], normals=[[0, 0, -1]] * 600)]),
+    ],
+    ids=["a sheet", "a shell", "a flipped copy", "a plate of a millimetre"],
+)
+def test_sheets_with_two_sides_and_plates_are_not(surfels):
+    assert coincidence_of(sf.Scene([surfels], [SUN]))[0]["shut_off"] == []
