@@ -14,11 +14,11 @@ namespace {
 
 constexpr double least_area = 1e-9;  // of a disk: what others cover altogether stays in the scene
 
-// Given areas are held against those of so many disks: a twentieth of a second, good to a thousandth.
+// Given areas are held against those of so many disks that emit: a twentieth of a second, good to a thousandth.
 constexpr std::size_t disks_held = 10'000;
 constexpr double unlike = 0.05;  // of their logarithms: of coarse convex clouds, D04's own areas are as much too large
 
-constexpr double many_shut_off = 0.2;  // of the disks of an object: what stands on a floor shuts off some, rightly
+constexpr double many_shut_off = 0.05;  // of the disks of an object: what stands on a floor shuts off some, rightly
 
 void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     std::size_t n = 0, triangles = 0;
@@ -32,11 +32,23 @@ void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     all.triangles.reserve(triangles);
 }
 
-// Of disks that emit, the power by the areas given over that by their own, where these are above 0; 1 where none does.
-double ratio_of_powers(const Surfels& object, const std::vector<bool>& is_disk, const std::vector<double>& own) {
+// Marks of disks that emit, or of so many of them; empty where none does.
+std::vector<char> some_emitters(const Surfels& object, const std::vector<bool>& is_disk) {
+    std::vector<std::uint32_t> emitters;
+    for (std::uint32_t i = 0; i < object.size(); ++i)
+        if (is_disk[i] && luminance(object.emission[i]) > 0.0) emitters.push_back(i);
+    if (emitters.empty()) return {};
+    std::vector<char> out(object.size(), 0);
+    const std::size_t every = 1 + emitters.size() / disks_held;
+    for (std::size_t k = 0; k < emitters.size(); k += every) out[emitters[k]] = 1;
+    return out;
+}
+
+// Of the marked disks, the power by the areas given over that by their own, where these are above 0.
+double ratio_of_powers(const Surfels& object, const std::vector<char>& marked, const std::vector<double>& own) {
     double given_sum = 0.0, own_sum = 0.0;
     for (std::size_t i = 0; i < object.size(); ++i) {
-        if (!is_disk[i] || !(own[i] > 0.0)) continue;
+        if (!marked[i] || !(own[i] > 0.0)) continue;
         given_sum += luminance(object.emission[i]) * object.areas[i];
         own_sum += luminance(object.emission[i]) * own[i];
     }
@@ -51,15 +63,18 @@ void add_areas_and_ends(Surfels& all, std::uint32_t first, std::uint32_t number,
     DiskEnds found;
     if (object.areas.empty()) {
         std::vector<double> areas;
-        found = find_areas_and_ends(object, areas, 1, progress);
+        found = find_areas_and_ends(object, areas, {}, progress);
         for (std::size_t i = 0; i < areas.size(); ++i)
             all.areas.push_back(std::max(areas[i], least_area * pi * object.radii[i] * object.radii[i]));
     } else {
-        if (disks > 0) {
+        const std::vector<char> emitters = some_emitters(object, is_disk);
+        if (!emitters.empty()) {
             std::vector<double> own;
-            found = find_areas_and_ends(object, own, 1 + disks / disks_held, progress);
-            const double ratio = ratio_of_powers(object, is_disk, own);
+            found = find_areas_and_ends(object, own, emitters, progress);
+            const double ratio = ratio_of_powers(object, emitters, own);
             if (std::abs(std::log(ratio)) > unlike) odd.unlike_areas.push_back({number, ratio});
+        } else if (disks > 0) {
+            found = find_disk_ends(object, AreaOptions{}.epsilon, progress);
         }
         all.areas.insert(all.areas.end(), object.areas.begin(), object.areas.end());
     }

@@ -1,5 +1,7 @@
 #include "surflux/area/disk_ends.h"
 
+#include <algorithm>
+
 #include "surflux/area/disk_integrator.h"
 #include "surflux/area/neighborhood.h"
 #include "surflux/core/parallel.h"
@@ -80,7 +82,7 @@ DiskEnds find_disk_ends(const Surfels& surfels, double epsilon, const Progress& 
     return ends.all();
 }
 
-DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, std::size_t every,
+DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const std::vector<char>& wanted,
                              const Progress& progress) {
     const AreaOptions options;
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon,
@@ -93,7 +95,10 @@ DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas,
         finder, [&] { return DiskIntegrator(options, grid); },
         [&](DiskIntegrator& integrator, std::size_t k, const Neighborhood& around) {
             ends.take(finder.surfels(k), around);
-            if (k % every == 0) take_area(finder, k, options.method, integrator.area(around), areas);
+            const Span<std::uint32_t> pile = finder.surfels(k);
+            const auto is_wanted = [&](std::uint32_t i) { return wanted.empty() || wanted[i]; };
+            if (std::any_of(pile.begin(), pile.end(), is_wanted))
+                take_area(finder, k, options.method, integrator.area(around), areas);
         },
         progress);
     return ends.all();

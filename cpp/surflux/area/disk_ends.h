@@ -20,8 +20,8 @@ struct DiskEnds {
 DiskEnds find_disk_ends(const Surfels& surfels, double epsilon = AreaOptions{}.epsilon, const Progress& progress = {});
 
 // The same with default options, and what effective_areas() gives by them: both ask for the same neighbourhoods. Where
-// `every` is above 1, of one disk in so many, evenly spread; the others have areas of 0.
-DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, std::size_t every = 1,
+// `wanted` has a mark for each surfel, of those disks alone; the others have areas of 0.
+DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const std::vector<char>& wanted = {},
                              const Progress& progress = {});
 
 }  // namespace surflux

@@ -1,6 +1,7 @@
 """sRGB and linear colours, and what is white.
 
-Light of surfels, in views, on pages and in the colours of PLY files, is exposed by white_of, and cut off there. A
+Light of surfels, in views, on pages and in the colours of files, is exposed by white_of, and cut off there; in files
+by what does not emit. A
 picture (write_image, tone_map) also sees lamps and what is behind the scene, weighs surfels by the pixels they cover,
 and bends highlights instead of cutting them off: it goes by the log-average luminance (image/tone_map.h). Either is
 times 2^stops.
@@ -15,6 +16,7 @@ COLOR_CHOICES = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "dif
 """What files call the colours of points and faces, the first that is there."""
 _WHITES = 255.0, 65535.0
 _SLIGHTLY = 1.0 + 1e-6
+_SOME = 0.01  # of the rows
 WHITE = 0.98
 """The reflectance of display white, 255: a surface that gave back all light would never let go of it."""
 
@@ -68,11 +70,14 @@ def display_bytes(linear):
 def white_of(values, emission=None):
     """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all.
 
-    emission: (n, 3), where lamps are not to count beside what they light: rows that emit are left out, if not all do.
+    emission: (n, 3), where lamps are not to count beside what they light: rows that emit are left out, unless next to
+    nothing else has light.
     """
     brightest = values.max(axis=1, initial=0.0)
-    if emission is not None and np.any(shines := np.any(emission, axis=1)) and not np.all(shines):
-        brightest = brightest[~shines]
+    if emission is not None:
+        others = brightest[~np.any(emission, axis=1)]
+        if np.count_nonzero(others) > _SOME * len(brightest):
+            brightest = others
     white = np.percentile(brightest, 99) if len(brightest) else 0.0
     white = white if white > 0 else brightest.max(initial=0.0)
     return float(white) if white > 0 else 1.0

@@ -157,7 +157,8 @@ def _check_suffix(output, options):
     if options.command == "solve":
         wanted = {"mesh": OF_MESHES, "cloud": tuple(WRITTEN)}.get(solve.kind_of(options), OF_SOLUTIONS)
     if output.suffix.lower() not in wanted:
-        hint = "; a picture is --image" if output.suffix.lower() in (".png", ".exr", ".hdr", ".jpg") else ""
+        is_picture = hasattr(options, "image") and output.suffix.lower() in (".png", ".exr", ".hdr")
+        hint = "; a picture is --image" if is_picture else ""
         raise ValueError(f"-o: wanted a name ending in {', '.join(wanted)}, got {str(output)!r}{hint}")
 
 

@@ -10,7 +10,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_file, require_place
 from surflux._base.passes import LOG
-from surflux.cli.mesh import patches_of_mesh
+from surflux.cli.mesh import GLTF, patches_of_mesh
 from surflux.cli.pictures import camera_of
 from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
@@ -85,6 +85,11 @@ def _checked(options):
             check.number(f"--{name.replace('_', '-')}", value, *bounds[name])
     require_file(options.input)
     kind = kind_of(options)
+    if kind == "mesh" and options.up is None and Path(options.input).suffix.lower() in GLTF:
+        raise ValueError(
+            f"{options.input}: glTF has y up, and the sun stands over z: a scene file turns it (up = [0, 1, 0] of the "
+            "object); --up 0,0,1 says that this one has z up"
+        )
     if kind != "cloud":
         refused = "casters", "receivers", "points", "viewpoint", "keep_outliers"
         for name in refused if kind == "mesh" else (*refused, "colors", "normals"):

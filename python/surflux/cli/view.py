@@ -7,7 +7,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.warn import warn
-from surflux.cli.mesh import is_mesh
+from surflux.cli.mesh import is_mesh, take_up
 from surflux.cli.pictures import camera_of
 from surflux.drawing.plots import picture_path
 from surflux.points.reading import read_with_faces
@@ -32,6 +32,7 @@ def thing_of(options):
         return sf.solve(scene, **zeta, progress=True), True
     suffix = path.suffix.lower()
     if is_mesh(options):
+        take_up(options)
         return sf.Surfels.from_mesh(path, progress=True), False
     try:
         if suffix == ".ply":

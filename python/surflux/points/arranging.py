@@ -15,7 +15,7 @@ from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.gloss import NO_GLOSS, gloss_arrays, require_energy
 
-_OPPOSITE = -0.999999  # cosine between the normals of the two sides of a sheet, as the ray tracer has it
+_ASLANT = np.array([0.577, 0.618, 0.533])  # to no usual normal at right angles
 
 
 def flipped(self: SomeSurfels, mask: ArrayLike | None = None) -> SomeSurfels:
@@ -155,17 +155,17 @@ def thinned_with_rows(self, n, seed=0, *, threads=None, progress=False):
 def _backs(points, normals):
     """(n,): for the first side of each two-sided sheet the row of the other, at its place; -1 for all others."""
     back_of = np.full(len(points), -1)
-    _, first, place, count = np.unique(points, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    place = place.ravel()
-    several = np.flatnonzero(count[place] > 1)
-    along = np.einsum("ij,ij->i", normals[several], normals[first[place[several]]])
-    sides = [several[along > -_OPPOSITE], several[along < _OPPOSITE]]
-    # The k-th of one side at a place belongs to the k-th of the other there.
-    keys = [_numbered(place[rows]) for rows in sides]
-    _, of_front, of_back = np.intersect1d(
-        *(place[r] * len(points) + k for r, k in zip(sides, keys, strict=True)), assume_unique=True, return_indices=True
+    side = np.where(normals @ _ASLANT > 0.0, 1.0, -1.0)
+    _, sheet, count = np.unique(
+        np.hstack([points, side[:, None] * normals]), axis=0, return_inverse=True, return_counts=True
     )
-    back_of[sides[0][of_front]] = sides[1][of_back]
+    sheet = sheet.ravel()
+    several = np.flatnonzero(count[sheet] > 1)
+    # The k-th of one side of a sheet belongs to the k-th of the other.
+    front, back = (several[side[several] == of] for of in (1.0, -1.0))
+    keys = (sheet[rows] * len(points) + _numbered(sheet[rows]) for rows in (front, back))
+    _, of_front, of_back = np.intersect1d(*keys, assume_unique=True, return_indices=True)
+    back_of[front[of_front]] = back[of_back]
     return back_of
 
 

@@ -1,20 +1,22 @@
 """A solution as glTF, for viewers: lit triangles of meshes and lit points of clouds."""
 
-import itertools
-
 import numpy as np
 
 from surflux._base.color import white_of
+from surflux._base.files import file_error
 from surflux.scans.gltf import Primitive, placed, write_primitives
 
-_ALIKE = 0.8  # cosine between normals of triangles that are one surface around a corner
+# Triangles around a corner that are one surface, in the same light: cosine between normals, ratio of their light.
+_ALIKE, _CONTRAST = 0.8, 3.0
+_MOST = 64  # triangles before and behind each around a corner that it is compared with
 _LEAST = np.finfo(np.float64).tiny
 
 
 def save_gltf(path, solution, up):
     """Writes the surfels of a solution, patches as triangles and disks as points, with the light that leaves them.
 
-    Light varies over triangles: a corner has the mean of those around it that face alike.
+    Light varies over triangles: a corner has the mean of those around it that face alike and have about as much light,
+    for those beyond a wall or the border of a shadow have another.
 
     Args:
         path: Path, ending in .glb or .gltf.
@@ -31,12 +33,18 @@ def save_gltf(path, solution, up):
         irradiance = _at_corners(s.triangles, s.normals[s.triangle_surfel], solution.irradiance[s.triangle_surfel])
         radiosity = s.emission[owner] + s.reflectance[owner] * irradiance
         whole = s.triangles.reshape(-1, 3) - middle, s.normals[owner], irradiance, radiosity
-        table, indices = np.unique(np.hstack(whole).astype(np.float32), axis=0, return_inverse=True)
-        parts.append(_primitive(*np.hsplit(table, 4), white, _with_area(indices.reshape(-1, 3))))
+        corners = np.minimum(np.hstack(whole), np.finfo(np.float32).max).astype(np.float32)
+        corners = corners.reshape(-1, 3, 12)
+        corners = corners[_have_area(corners[..., :3])].reshape(-1, 12)
+        table, indices = np.unique(corners, axis=0, return_inverse=True)
+        if len(table):
+            parts.append(_primitive(*np.hsplit(table, 4), white, indices.reshape(-1, 3)))
     disks = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
     if len(disks):
         light = solution.irradiance[disks], solution.radiosity[disks]
         parts.append(_primitive(s.points[disks] - middle, s.normals[disks], *light, white))
+    if not parts:
+        raise file_error(path, "cannot be written: all triangles are points in floats of 32 bits")
     write_primitives(path, parts, placed(middle, up))
 
 
@@ -46,9 +54,9 @@ def _primitive(positions, normals, irradiance, radiosity, white, indices=None):
     return Primitive(arrays | {"_IRRADIANCE": irradiance, "_RADIOSITY": radiosity}, indices, unlit=True)
 
 
-def _with_area(indices):
-    """Without triangles two corners of which are one, as floats of 32 bits have them."""
-    return indices[np.all(indices != np.roll(indices, 1, axis=1), axis=1)]
+def _have_area(triangles):
+    """(t,) booleans: which of triangles (t, 3, 3) have three corners, as floats of 32 bits have them."""
+    return np.all(np.any(triangles != np.roll(triangles, 1, axis=1), axis=2), axis=1)
 
 
 def _at_corners(triangles, normals, values):
@@ -59,17 +67,17 @@ def _at_corners(triangles, normals, values):
     order = np.argsort(place.ravel(), kind="stable")
     place = place.ravel()[order]
     sums, whole = weights[:, None] * values, weights.copy()
-    first = np.arange(len(order))
-    for step in itertools.count(1):  # each corner with the others in its place
+    first, light = np.arange(len(order)), values.sum(axis=1)
+    for step in range(1, _MOST + 1):  # each corner with the others in its place
         first = first[first + step < len(order)]
         first = first[place[first] == place[first + step]]
-        if not len(first):
-            return sums / whole[:, None]
         one, other = order[first], order[first + step]
         alike = np.einsum("ij,ij->i", normals[one], normals[other]) > _ALIKE
+        alike &= np.maximum(light[one], light[other]) <= _CONTRAST * np.minimum(light[one], light[other])
         for here, there in ((one[alike], other[alike]), (other[alike], one[alike])):  # none twice in either
             sums[here] += weights[there, None] * values[there]
             whole[here] += weights[there]
+    return sums / whole[:, None]
 
 
 def _angles(triangles):

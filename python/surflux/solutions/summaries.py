@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from surflux._base import check
 from surflux._base.summary import box_text, html_table
 from surflux.points.summaries import facts
@@ -58,7 +60,9 @@ def as_table(self) -> str:
 
 def _how_to_know(self):
     """Where an error is not known and can be found, how."""
-    return "; estimate_error() finds the error" if math.isnan(self.error) and self._scene is not None else ""
+    is_asked = bool(self.history) and "error" in self.history[-1]
+    can_tell = math.isnan(self.error) and self._scene is not None and not is_asked and bool(np.any(self.irradiance))
+    return "; estimate_error() finds the error" if can_tell else ""
 
 
 def _account(self):

@@ -120,8 +120,8 @@ class Gaussians:
             solution: Solution, of any solver.
             degree: of the harmonics, 0 to 3; None for 3 where surfels are glossy, else 0. 3 makes files of diffuse
                 surfels four times as large, for readers that take no other.
-            exposure: the factor on radiance, as of tone_map; None to show the brightest percent of the surfels white,
-                as views, pages and the colours of PLY files do.
+            exposure: the factor on radiance, as of tone_map; None to show the brightest percent of the surfels that do
+                not emit white, as colours of files do.
             stops: so many times twice as bright, below 0 darker.
             color_space: "srgb", or "linear" for glTF files alone, whose viewers then blend light itself.
             threads: at most this many; None for all.

@@ -184,3 +184,5 @@ def test_a_mesh_is_written_lit_for_viewers(here, run):
     status, _, err = run("solve", "table.stl", "-o", "lit.gltf", "--no-image", "--rays", 16)
     assert status == 0, err
     assert trimesh.load(here / "lit.gltf", force="mesh").bounds[1] == pytest.approx([1.0, 0.5, 0.1], abs=1e-6)
+    status, _, err = run("solar", "table.glb", "--place", "47,8", "--year", 2025)
+    assert (status, "table.glb: glTF has y up, and the sun stands over z" in err) == (2, True)

@@ -44,7 +44,7 @@ def test_given_areas_are_held_against_some_of_many_disks():
 
 
 def test_areas_that_fit_or_send_nothing_pass_without_a_word():
-    """Of a coarse grid of cells the exact areas are a tenth more than those of its disks, and right."""
+    """Of a coarse grid of cells the exact areas are a fifth more than those of its disks: told where it emits alone."""
     cloud = ball(1000, emission=1.0)
     paper = ball(1000, (5, 0, 0), emission=1.0)
     paper.areas = sf.effective_areas(paper, method="paper")
@@ -53,6 +53,7 @@ def test_areas_that_fit_or_send_nothing_pass_without_a_word():
     mesh = sf.Surfels.from_mesh(([[9, 0, 0], [10, 0, 0], [10, 1, 0]], [[0, 1, 2]]), 0.25)
     scene = sf.Scene([with_areas(cloud, 1.0), paper, mesh, grid])
     assert scene._coincidence().unlike_areas == []
+    assert sf.Scene([grid.replace(emission=1.0)])._coincidence().unlike_areas == [(0, pytest.approx(1.2, abs=0.02))]
     solution = sf.solve(scene, rays=16)
     assert sf.Scene([solution.surfels])._coincidence().unlike_areas == []
 
@@ -61,3 +62,22 @@ def test_disks_that_lie_in_one_place_share_what_was_given():
     cloud = ball(500)
     twice = sf.Surfels(np.tile(cloud.points, (2, 1)), normals=np.tile(cloud.normals, (2, 1)), radii=0.2, emission=1.0)
     assert sf.Scene([with_areas(twice, 1.0)])._coincidence().unlike_areas == []
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_disks_that_emit_are_those_that_are_looked_at(side):
+    """Of two sides that lie beside each other in whatever order, and of few lamps among many points."""
+    points = np.column_stack([np.random.default_rng(0).random((12_000, 2)), np.zeros(12_000)])
+    sheet = sf.Surfels(points, normals=[[0, 0, 1]] * 12_000, two_sided=True)
+    sheet.areas = 2.0 * sf.effective_areas(sheet)
+    shines = np.arange(24_000) // 12_000 == side
+    emission = np.where(shines[:, None], 1.0, 0.0) * np.ones(3)
+    assert sf.Scene([sheet.replace(emission=emission)])._coincidence().unlike_areas == [(0, pytest.approx(2.0))]
+    lamps = np.zeros((24_000, 3))
+    lamps[[5, 777, 11_000]] = 100.0
+    assert sf.Scene([sheet.replace(emission=lamps)])._coincidence().unlike_areas == [(0, pytest.approx(2.0))]
+
+
+def test_tiny_disks_with_areas_of_their_own_are_taken():
+    tiny = sf.Surfels(np.eye(3), normals=np.eye(3), radii=1e-31, areas=0.1)
+    assert sf.Scene([tiny])._coincidence().unlike_areas == []

@@ -55,6 +55,14 @@ def test_what_has_one_side_and_what_has_two_are_kept_in_proportion():
         assert np.sum(thin.points[:, 2] == 0.0) == pytest.approx(2 * n / 3, abs=1.0)
 
 
+def test_sheets_that_cross_keep_their_sides():
+    """At the places where they do, four surfels stand."""
+    ahead = sf.Surfels(places(300), normals=[[1, 0, 0]] * 300, radii=0.1, two_sided=True)
+    thin = sf.concatenate([sheet(300, two_sided=True), ahead]).thinned(600)
+    both = np.hstack([thin.points, thin.normals])
+    assert {tuple(row + 0.0) for row in both} == {tuple(row * [1, 1, 1, -1, -1, -1] + 0.0) for row in both}
+
+
 def test_piles_have_no_other_side():
     """Of a million points in one place, too: no pair of them is looked at."""
     pile = sf.Surfels(np.zeros((200_000, 3)), normals=[[0, 0, 1]] * 200_000, radii=0.1)
@@ -63,6 +71,12 @@ def test_piles_have_no_other_side():
     assert np.all(_backs(pile.points, pile.normals) == -1)
     both = sf.concatenate([pile[:3], pile[:2].flipped(), sheet(2)])
     assert _backs(both.points, both.normals).tolist() == [3, 4, -1, -1, -1, -1, -1]
+
+
+def test_a_sheet_in_a_larger_cloud_is_named():
+    floor = sf.Surfels(3.0 * places(4000, 5) - [0, 0, 1], normals=[[0, 0, 1]] * 4000)
+    cloud = sf.concatenate([floor, APART["front and back"]()[::2]])
+    assert sf.Scene([cloud])._coincidence().shut_off[0][1] > 500
 
 
 APART = {

@@ -9,6 +9,7 @@ import pytest
 
 import surflux as sf
 from surflux._base.color import white_of
+from surflux.solutions.lit_gltf import _at_corners, _have_area
 from surflux.splats.gltf_container import Container
 
 
@@ -30,6 +31,10 @@ def solution():
     ]
     lamp = sf.PointLight(far + np.array([1, 1, 2.5]), 20.0)
     return sf.solve(sf.Scene([*meshes, ball], [lamp, sf.Environment(0.1)]), rays=64)
+
+
+def in_floats(s):
+    return (s.triangles - np.median(s.points, axis=0)).astype(np.float32)
 
 
 def parts_of(path):
@@ -55,7 +60,7 @@ def test_patches_come_as_lit_triangles_and_disks_as_points(solution, tmp_path, n
     path = solution.save(tmp_path / name)
     (mesh, cloud), header = parts_of(path)
     s = solution.surfels
-    assert len(mesh.faces) == len(s.triangles)
+    assert len(mesh.faces) == np.sum(_have_area(in_floats(s)))
     assert mesh.area == pytest.approx(28.0, rel=1e-5)
     turned = s.triangles[..., [0, 2, 1]] * [1, 1, -1]  # z up becomes y up
     assert mesh.bounds == pytest.approx(np.array([turned.min((0, 1)), turned.max((0, 1))]), abs=1e-4)
@@ -81,7 +86,7 @@ def test_light_varies_over_triangles_and_ends_at_edges(solution, tmp_path):
     )
     # The mean over each triangle is about that of its patch, and of all of them exactly the light that leaves.
     means = radiosity[mesh.faces].mean(axis=1)
-    owner = s.triangle_surfel
+    owner = s.triangle_surfel[_have_area(in_floats(s))]
     leaves = np.average(solution.radiosity[owner], axis=0, weights=mesh.area_faces)
     assert np.average(means, axis=0, weights=mesh.area_faces) == pytest.approx(leaves, rel=0.02)
     assert np.sqrt(np.mean((means - solution.radiosity[owner]) ** 2)) < 0.08 * np.sqrt(
@@ -97,18 +102,16 @@ def test_light_varies_over_triangles_and_ends_at_edges(solution, tmp_path):
 
 
 def test_a_field_that_is_linear_comes_exactly_at_inner_corners():
-    from surflux.solutions.lit_gltf import _at_corners
-
     x, y = np.meshgrid(np.arange(5.0), np.arange(4.0), indexing="ij")
     cells = np.stack([x[:-1, :-1], y[:-1, :-1]], axis=-1).reshape(-1, 2)
     corners = [[0, 0], [1, 0], [1, 1], [0, 1]]
     triangles = np.array([[[*(c + corners[k]), 0.0] for k in t] for c in cells for t in ((0, 1, 2), (0, 2, 3))])
-    values = np.repeat(cells @ [2.0, -3.0] + 0.5 * (2.0 - 3.0), 2)[:, None]
+    values = 30.0 + np.repeat(cells @ [2.0, -3.0] + 0.5 * (2.0 - 3.0), 2)[:, None]
     found = _at_corners(triangles, np.tile([0.0, 0.0, 1.0], (len(triangles), 1)), values)[:, 0]
     places = triangles.reshape(-1, 3)
     inner = (places[:, 0] > 0) & (places[:, 0] < 4) & (places[:, 1] > 0) & (places[:, 1] < 3)
     assert inner.sum() >= 30
-    assert found[inner] == pytest.approx(places[inner, :2] @ [2.0, -3.0])
+    assert found[inner] == pytest.approx(30.0 + places[inner, :2] @ [2.0, -3.0])
 
 
 def test_up_is_that_which_was_named(solution, tmp_path):
@@ -139,3 +142,52 @@ def test_lamps_are_white_and_do_not_darken_what_they_light(tmp_path):
     solution.save(tmp_path / "lit.ply")
     colors = sf.read_scan(tmp_path / "lit.ply").reflectance
     assert np.median(colors[solution.objects == 0]) > 0.5
+
+
+def test_white_is_what_is_lit_where_that_is_more_than_a_trifle():
+    light, none = np.linspace(1.0, 100.0, 1000)[:, None] * np.ones(3), np.zeros((1000, 3))
+    of_all = white_of(light)
+    some = none.copy()
+    some[500:] = 1.0
+    assert white_of(light, none) == of_all
+    assert white_of(light, some) == pytest.approx(50.0, rel=0.02)  # of the others
+    assert white_of(light, none + 1.0) == of_all
+    some[3:] = 1.0  # three dark points are not what all is shown by
+    assert white_of(light, some) == of_all
+    assert white_of(np.where(some > 0, light, 0.0), some) > 90.0  # nor is what is black
+
+
+def test_no_light_leaks_past_a_wall_or_a_shadow(tmp_path):
+    """Corners at the foot of a wall had half the sun of its other side."""
+    floor = sf.Surfels.from_mesh(quad([-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]), 0.1)
+    wall = sf.Surfels.from_mesh(
+        (quad([0, -2, 0], [0, 2, 0], [0, 2, 2], [0, -2, 2])[0], [[0, 1, 2, 3]]), 0.1, two_sided=True
+    )
+    scene = sf.Scene(sf.divide_patches([floor, wall]), [sf.DirectionalLight([1, 0, -0.9], 100.0)])
+    path = sf.solve(scene, rays=64).save(tmp_path / "lit.glb")
+    _, header = parts_of(path)
+    at = header["meshes"][0]["primitives"][0]["attributes"]
+    file = Container(path)
+    places, normals, light = (file.array(at[name], "VEC3") for name in ("POSITION", "NORMAL", "_IRRADIANCE"))
+    places = places - places.min(axis=0) + [-2, -2, 0]
+    is_floor = (normals[:, 2] > 0.5) & (np.abs(places[:, 1]) < 1.9)
+    foot = is_floor & (np.abs(places[:, 0]) < 1e-5)
+    assert np.any(light[foot, 0] > 50.0)  # of the sunny side
+    assert np.all((light[foot, 0] > 50.0) | (light[foot, 0] < 20.0)), np.sort(light[foot, 0])
+
+
+def test_a_fan_of_many_triangles_is_looked_at_in_part():
+    """All pairs of them took half a minute."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
+    rim = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+    triangles = np.stack([0.0 * rim[:-1], rim[:-1], rim[1:]], axis=1)
+    found = _at_corners(triangles, np.tile([0.0, 0.0, 1.0], (20_000, 1)), np.ones((20_000, 3)))
+    assert found == pytest.approx(1.0)
+
+
+def test_triangles_that_are_none_in_floats_are_left_out(tmp_path):
+    far = [[1e5, 0, 0], [1e5 + 1e-4, 0, 0], [1e5, 1e-4, 0]]
+    near = sf.Surfels(np.random.default_rng(0).normal(size=(50, 3)), normals=[[0, 0, 1]] * 50, radii=0.1)
+    scene = sf.Scene([near, sf.Surfels.from_mesh((far, [[0, 1, 2]]))], [sf.Environment(1.0)])
+    _, header = parts_of(sf.solve(scene, rays=16).save(tmp_path / "lit.glb"))
+    assert [p["mode"] for p in header["meshes"][0]["primitives"]] == [0]
