@@ -155,18 +155,27 @@ def thinned_with_rows(self, n, seed=0, *, threads=None, progress=False):
 def _backs(points, normals):
     """(n,): for the first side of each two-sided sheet the row of the other, at its place; -1 for all others."""
     back_of = np.full(len(points), -1)
+    rows = _sharing(points)
+    if len(rows) == 0:
+        return back_of
+    points, normals = points[rows], normals[rows]
     side = np.where(normals @ _ASLANT > 0.0, 1.0, -1.0)
-    _, sheet, count = np.unique(
-        np.hstack([points, side[:, None] * normals]), axis=0, return_inverse=True, return_counts=True
-    )
+    _, sheet = np.unique(np.hstack([points, side[:, None] * normals]), axis=0, return_inverse=True)
     sheet = sheet.ravel()
-    several = np.flatnonzero(count[sheet] > 1)
     # The k-th of one side of a sheet belongs to the k-th of the other.
-    front, back = (several[side[several] == of] for of in (1.0, -1.0))
-    keys = (sheet[rows] * len(points) + _numbered(sheet[rows]) for rows in (front, back))
+    front, back = (np.flatnonzero(side == of) for of in (1.0, -1.0))
+    keys = (sheet[of] * len(points) + _numbered(sheet[of]) for of in (front, back))
     _, of_front, of_back = np.intersect1d(*keys, assume_unique=True, return_indices=True)
-    back_of[front[of_front]] = back[of_back]
+    back_of[rows[front[of_front]]] = rows[back[of_back]]
     return back_of
+
+
+def _sharing(points):
+    """Rows, ascending, of points whose place others have, too; and hardly any more."""
+    bits = np.ascontiguousarray(points + 0.0).view(np.uint64)  # -0 is 0
+    mixed = (bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)).sum(axis=1)
+    ordered = np.sort(mixed)
+    return np.flatnonzero(np.isin(mixed, ordered[1:][ordered[1:] == ordered[:-1]]))
 
 
 def _numbered(values):
