@@ -13,7 +13,7 @@ from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.summary import box_text
 from surflux.cli.doctor_points import facts_of_points, lines_of_points
-from surflux.cli.mesh import PATCHES
+from surflux.cli.mesh import GLTF, PATCHES
 from surflux.cli.saying import error_lines
 from surflux.geometry.meshes import PYVISTA_SUFFIXES, TRIMESH_SUFFIXES, read_mesh
 from surflux.scans.formats import format_of
@@ -242,8 +242,9 @@ def _mesh(options):
 def lines_of_mesh_scene(path, extent):
     """How to give a mesh lights of its own: the scene file that names it."""
     cell = (extent / 50.0) ** 2
+    up = "\n  up = [0, 1, 0]" if Path(path).suffix.lower() in GLTF else ""
     return [
         "lights and patches of your own go into a scene file, such as scene.toml with these lines:",
-        f'  [[object]]\n  file = "{path}"\n  kind = "mesh"\n  patch_area = {cell:.3g}',
+        f'  [[object]]\n  file = "{path}"\n  kind = "mesh"{up}\n  patch_area = {cell:.3g}',
         '  [[light]]\n  type = "environment"\n  radiance = 1.0',
     ]

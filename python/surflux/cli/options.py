@@ -182,7 +182,7 @@ def command_line(runs, cloud_limit):
     solar.add_argument("--size", type=_size, default=(1200, 900), metavar="WxH")
     _normals_option(solar)
     _cloud_options(solar)
-    _camera_options(solar)
+    _camera_options(solar, _UP_OF_SUN)
     _common_options(solar)
 
     view = command("view", "Look at a scene, which is solved first, a cloud, a mesh or a solved file.")
@@ -289,15 +289,18 @@ def _image_options(parser, text="write a picture; again for more (default: next 
     _camera_options(parser)
 
 
-def _camera_options(parser):
+_UP = "what is up: in the picture, whose default camera turns with it, and for a ground, a lamp or a sun that are added"
+_UP_OF_SUN = "what is up in the picture alone: the sun stands over z; objects of a scene file with another axis take up"
+
+
+def _camera_options(parser, up=_UP):
     parser.add_argument("--eye", type=_vector, metavar="X,Y,Z", help="where the camera stands")
     parser.add_argument("--target", type=_vector, metavar="X,Y,Z", help="what it looks at")
     parser.add_argument(
         "--up",
         type=_direction,
         metavar="X,Y,Z",
-        help="what is up: in the picture, whose default camera turns with it, and for a ground, a lamp or a sun that "
-        "are added (default: 0,0,1)",
+        help=f"{up} (default: 0,0,1)",
     )
     parser.add_argument("--fov", type=float, metavar="DEGREES", help="vertical field of view, default: 45")
 

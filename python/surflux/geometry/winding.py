@@ -7,6 +7,7 @@ from surflux._base.warn import warn
 from surflux.geometry.adjacency import connected, following_corners, numbers_of_places, vector_areas
 
 _LISTED = 10  # numbers of faces in a warning
+_MOST_OF = 3.0  # what tells of a piece, over what does not
 _ALIKE = 1e-3  # relative difference of two areas that are one size, for vertices in float32 or of six decimals
 
 
@@ -22,20 +23,25 @@ def opposite_edges(mesh):
     Returns:
         (k, 2, 3): ends of each.
     """
-    ends, _, is_opposite = _edges_of_two(mesh, np.linalg.norm(vector_areas(mesh), axis=1))
+    areas = np.linalg.norm(vector_areas(mesh), axis=1)
+    ends, _, is_opposite = _edges_of_two(mesh, areas)
     return mesh.vertices[ends[is_opposite]]
 
 
 def faces_against(mesh):
     """(f,) booleans: faces that are wound against most, by area, of those that they hang together with.
 
-    What hangs together shares edges, as in opposite_edges. Where both sides of a closed piece are of one size, those
-    that face its inside are. In an open one, or where no two sides can be told apart, as in a Moebius strip, there are
-    none.
+    What hangs together shares edges, as in opposite_edges, but not the few that bodies share that touch. Where both
+    sides of a closed piece are of one size, those that face its inside are. In an open one, or where no two sides can
+    be told apart, as in a Moebius strip, there are none.
     """
     count, along = len(mesh.offsets) - 1, vector_areas(mesh)
     areas = np.linalg.norm(along, axis=1)
-    _, pairs, is_opposite = _edges_of_two(mesh, areas)
+    ends, pairs, is_opposite = _edges_of_two(mesh, areas)
+    if not np.any(is_opposite):
+        return np.zeros(count, bool)
+    kept = ~is_opposite | _along_borders(mesh, areas, ends, pairs, is_opposite)
+    pairs, is_opposite = pairs[kept], is_opposite[kept]
     # Each face as it is, f, and turned over, count + f: what is connected is wound alike.
     a, b = pairs.T
     other = np.where(is_opposite, count, 0)
@@ -51,6 +57,57 @@ def faces_against(mesh):
         is_closed = (np.bincount(piece, at_border & (areas > 0.0)) == 0.0)[piece]
         more = np.where(is_alike, is_closed * sign * _volumes(mesh, along, areas, piece, sign)[piece], more)
     return (as_is != turned) & (more < 0.0)
+
+
+def _along_borders(mesh, areas, ends, pairs, is_opposite):
+    """(k,) booleans: edges along which the smaller side's piece runs against others for most of where it meets any.
+
+    Pieces hang together by edges along which their faces are wound alike. Bodies that merely touch share edges with
+    others, too, where one is cut otherwise than the other: besides they meet along edges of more than two faces, or
+    along parts of edges.
+    """
+    count, alike = len(areas), pairs[~is_opposite]
+    piece = connected(count, alike.ravel(), np.arange(0, alike.size, 2), 2)
+    against = np.zeros(count)
+    lengths = np.linalg.norm(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]], axis=1)
+    for side in pairs[is_opposite].T:
+        against += np.bincount(piece[side], lengths[is_opposite], count)
+    touching = np.bincount(piece[_face_of_corner(mesh)], _touching_lengths(mesh, areas), count)
+    sides, area = piece[pairs], np.bincount(piece, areas, count)
+    smaller = np.take_along_axis(sides, np.argmin(area[sides], axis=1)[:, None], axis=1)[:, 0]
+    return (against > _MOST_OF * touching)[smaller]
+
+
+def _touching_lengths(mesh, areas):
+    """(c,): of the edge behind each corner its length, where more than two faces have it, or others parts of it."""
+    place = numbers_of_places(mesh.vertices)[mesh.indices]
+    following = following_corners(mesh)
+    along = mesh.vertices[mesh.indices[following]] - mesh.vertices[mesh.indices]
+    length = np.linalg.norm(along, axis=1)
+    is_edge = (place != place[following]) & (areas > 0.0)[_face_of_corner(mesh)] & (length > 0.0)
+    begin, end, along = place[is_edge], place[following][is_edge], along[is_edge] / length[is_edge, None]
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    edge, faces = np.unique(low * len(mesh.vertices) + high, return_inverse=True, return_counts=True)[1:]
+    faces = faces[edge]
+    is_touching = faces > 2
+    # From either end of those of one face, the directions in which edges go: of two that go one way one is a part.
+    is_end = np.zeros(len(mesh.vertices), bool)
+    is_end[begin[faces == 1]] = is_end[end[faces == 1]] = True
+    here, edges = np.concatenate([begin, end]), np.tile(edge, 2)
+    some = np.flatnonzero(is_end[here])
+    ways = np.column_stack([here[some], np.concatenate([along, -along])[some].round(5) + 0.0])
+    way = np.unique(ways, axis=0, return_inverse=True)[1].ravel()
+    both = np.unique(np.column_stack([way, edges[some]]), axis=0)
+    several = np.zeros(2 * len(edge), bool)
+    several[some] = np.bincount(both[:, 0], minlength=1)[way] > 1
+    is_touching |= (faces == 1) & (several[: len(edge)] | several[len(edge) :])
+    out = np.zeros(len(place))
+    out[is_edge] = length[is_edge] * is_touching
+    return out
+
+
+def _face_of_corner(mesh):
+    return np.repeat(np.arange(len(mesh.offsets) - 1), np.diff(mesh.offsets))
 
 
 def _volumes(mesh, along, areas, piece, sign):

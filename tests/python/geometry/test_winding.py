@@ -1,6 +1,7 @@
 """Faces that are wound against those beside them, and boxes with one side turned inwards."""
 
 import warnings
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -132,3 +133,38 @@ def test_what_has_no_two_sides():
     squares = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0], [1, 0, 1], [1, 1, 1]]
     assert not faces_against(read_mesh((squares, [[0, 1, 2, 3], [1, 2, 5, 4]]))).any()
     assert not faces_against(read_mesh((squares, [[0, 1, 2, 3], [1, 2, 5, 4], [1, 2, 7, 6]]))).any()
+
+
+def polygons(*faces):
+    """A mesh of faces by their corners: those at one place count as one."""
+    offsets = np.cumsum([0, *(len(face) for face in faces)])
+    return np.concatenate(faces).astype(np.float64), [list(range(*ends)) for ends in pairwise(offsets)]
+
+
+def test_bodies_that_touch_and_are_cut_otherwise_stay_as_they_are():
+    """Below a leg the floor is cut in two, as sides of it are: it was taken for a part of these, and turned over."""
+    below = [[(0, 0, 0), (0.5, 0, 0), (0.5, 1, 0), (0, 1, 0)], [(0.5, 0, 0), (1, 0, 0), (1, 1, 0), (0.5, 1, 0)]]
+    around = [
+        [(-2, -2, 0), (3, -2, 0), (1, 0, 0), (0, 0, 0)],
+        [(3, -2, 0), (3, 3, 0), (1, 1, 0), (1, 0, 0)],
+        [(3, 3, 0), (-2, 3, 0), (0, 1, 0), (1, 1, 0)],
+        [(-2, 3, 0), (-2, -2, 0), (0, 0, 0), (0, 1, 0)],
+    ]
+    front = [[(x, 0, 0), (x + 0.5, 0, 0), (x + 0.5, 0, 4), (x, 0, 4)] for x in (0.0, 0.5)]
+    back = [[(x + 0.5, 1, 0), (x, 1, 0), (x, 1, 4), (x + 0.5, 1, 4)] for x in (0.0, 0.5)]
+    sides = [[(1, 0, 0), (1, 1, 0), (1, 1, 4), (1, 0, 4)], [(0, 1, 0), (0, 0, 0), (0, 0, 4), (0, 1, 4)]]
+    mesh = read_mesh(polygons(*below, *around, *front, *back, *sides))
+    assert not np.any(faces_against(mesh))
+    # What is wound against all around it is told as before.
+    turned = read_mesh(polygons(*below, around[0][::-1], *around[1:], *front, *back, *sides))
+    assert np.flatnonzero(faces_against(turned)).tolist() == [2]
+
+
+def test_a_solution_in_gltf_is_wound_as_it_was(tmp_path):
+    pytest.importorskip("trimesh")
+    floor = sf.Surfels.from_mesh(shapes.box(2.0, 1)[:2], 0.2)
+    corners, faces, _ = shapes.box(0.5, 1)
+    leg = sf.Surfels.from_mesh((np.add(corners, [0.7, 0.7, 2.0]), faces), 0.05)
+    scene = sf.Scene(sf.divide_patches([floor, leg]), [sf.PointLight([0.4, 0.5, 4], 10.0), sf.Environment(0.1)])
+    solution = sf.solve(scene, rays=16)
+    assert not np.any(faces_against(read_mesh(solution.save(tmp_path / "lit.glb"))))
