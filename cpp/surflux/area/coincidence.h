@@ -40,7 +40,7 @@ struct Coincidence {
     std::vector<Sheet> sheets;
     DiskOverlaps disks;
     std::vector<Coarse> coarse;             // ascending
-    std::vector<UnlikeAreas> unlike_areas;  // these, too: found by compile_scene
+    std::vector<UnlikeAreas> unlike_areas;  // ascending; these and what follows are found by compile_scene
     std::vector<ShutOff> shut_off;
 };
 
