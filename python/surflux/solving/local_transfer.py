@@ -19,6 +19,10 @@ from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
 from surflux.solving.transfer import LARGEST, Transfer
 
 LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
+_TAKEN = {
+    Environment: '; precompute_transfer(scene, "distant") or "sky" takes it',
+    Sky: '; precompute_transfer(scene, "sky") takes it',
+}
 
 
 class LocalTransfer(Transfer):
@@ -132,14 +136,8 @@ class LocalTransfer(Transfer):
         for index, light in enumerate(lights):
             if not isinstance(light, LOCAL):
                 what = type(light).__name__
-                hint = (
-                    f'; precompute_transfer(scene, "distant") and "sky" take {what}'
-                    if isinstance(light, (Environment, Sky))
-                    else ""
-                )
-                raise ValueError(
-                    f"lights: wanted point, spot, area or directional lights, got {what} at index {index}{hint}"
-                )
+                got = f"{what} at index {index}{_TAKEN.get(type(light), '')}"
+                raise ValueError(f"lights: wanted point, spot, area or directional lights, got {got}")
             power = power_name(light)
             if max(getattr(light, power)) > LARGEST:
                 got = f"{max(getattr(light, power)):g} at index {index}"

@@ -274,6 +274,10 @@ def test_options_out_of_range_are_refused(options, message):
     ("arguments", "message"),
     [
         ({"lights": sf.Environment(1.0)}, "got Environment at index 0; precompute_transfer"),
+        (
+            {"lights": sf.Sky.from_sun(40.0, 150.0, 800.0, 100.0)},
+            'got Sky at index 0; precompute_transfer.scene, "sky"',
+        ),
         ({"lights": 3}, "lights: wanted point, spot, area or directional lights, got int at index 0"),
         ({"lights": [LAMP, None]}, "lights: wanted point, .*, got NoneType at index 1"),
         ({"lights": LAMP, "reflectance": 1.0}, "reflectance: "),
