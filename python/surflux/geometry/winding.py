@@ -1,5 +1,7 @@
 """Faces of a mesh that are wound the other way than the faces beside them."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from surflux._base.check import counted, listed
@@ -23,9 +25,10 @@ def opposite_edges(mesh):
     Returns:
         (k, 2, 3): ends of each.
     """
-    areas = np.linalg.norm(vector_areas(mesh), axis=1)
-    ends, _, is_opposite = _edges_of_two(mesh, areas)
-    return mesh.vertices[ends[is_opposite]]
+    edges = _edges_of(mesh, np.linalg.norm(vector_areas(mesh), axis=1))
+    one, two = _shared_by_two(edges)
+    one = one[edges.begin[one] == edges.begin[two]]
+    return mesh.vertices[mesh.indices[np.stack([one, edges.following[one]], axis=1)]]
 
 
 def faces_against(mesh):
@@ -37,10 +40,12 @@ def faces_against(mesh):
     """
     count, along = len(mesh.offsets) - 1, vector_areas(mesh)
     areas = np.linalg.norm(along, axis=1)
-    ends, pairs, is_opposite = _edges_of_two(mesh, areas)
+    edges = _edges_of(mesh, areas)
+    one, two = _shared_by_two(edges)
+    pairs, is_opposite = np.stack([edges.face[one], edges.face[two]], axis=1), edges.begin[one] == edges.begin[two]
     if not np.any(is_opposite):
         return np.zeros(count, bool)
-    kept = ~is_opposite | _along_borders(mesh, areas, ends, pairs, is_opposite)
+    kept = ~is_opposite | _along_borders(mesh, areas, edges, one, pairs, is_opposite)
     pairs, is_opposite = pairs[kept], is_opposite[kept]
     # Each face as it is, f, and turned over, count + f: what is connected is wound alike.
     a, b = pairs.T
@@ -59,7 +64,7 @@ def faces_against(mesh):
     return (as_is != turned) & (more < 0.0)
 
 
-def _along_borders(mesh, areas, ends, pairs, is_opposite):
+def _along_borders(mesh, areas, edges, one, pairs, is_opposite):
     """(k,) booleans: edges along which the smaller side's piece runs against others for most of where it meets any.
 
     Pieces hang together by edges along which their faces are wound alike. Bodies that merely touch share edges with
@@ -68,46 +73,36 @@ def _along_borders(mesh, areas, ends, pairs, is_opposite):
     """
     count, alike = len(areas), pairs[~is_opposite]
     piece = connected(count, alike.ravel(), np.arange(0, alike.size, 2), 2)
+    along = mesh.vertices[mesh.indices[edges.following]] - mesh.vertices[mesh.indices]
+    lengths = np.linalg.norm(along, axis=1)
     against = np.zeros(count)
-    lengths = np.linalg.norm(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]], axis=1)
     for side in pairs[is_opposite].T:
-        against += np.bincount(piece[side], lengths[is_opposite], count)
-    touching = np.bincount(piece[_face_of_corner(mesh)], _touching_lengths(mesh, areas), count)
+        against += np.bincount(piece[side], lengths[one[is_opposite]], count)
+    touching = np.bincount(piece[edges.face], lengths * _touch_others(edges, along, lengths), count)
     sides, area = piece[pairs], np.bincount(piece, areas, count)
     smaller = np.take_along_axis(sides, np.argmin(area[sides], axis=1)[:, None], axis=1)[:, 0]
     return (against > _MOST_OF * touching)[smaller]
 
 
-def _touching_lengths(mesh, areas):
-    """(c,): of the edge behind each corner its length, where more than two faces have it, or others parts of it."""
-    place = numbers_of_places(mesh.vertices)[mesh.indices]
-    following = following_corners(mesh)
-    along = mesh.vertices[mesh.indices[following]] - mesh.vertices[mesh.indices]
-    length = np.linalg.norm(along, axis=1)
-    is_edge = (place != place[following]) & (areas > 0.0)[_face_of_corner(mesh)] & (length > 0.0)
-    begin, end, along = place[is_edge], place[following][is_edge], along[is_edge] / length[is_edge, None]
-    low, high = np.minimum(begin, end), np.maximum(begin, end)
-    edge, faces = np.unique(low * len(mesh.vertices) + high, return_inverse=True, return_counts=True)[1:]
+def _touch_others(edges, along, lengths):
+    """(c,) booleans: which edges more than two faces have, or one alone, and others parts of it."""
+    rows = np.flatnonzero(edges.counts & (lengths > 0.0))
+    begin, end, along = edges.begin[rows], edges.end[rows], along[rows] / lengths[rows, None]
+    edge, faces = np.unique(edges.number[rows], return_inverse=True, return_counts=True)[1:]
     faces = faces[edge]
-    is_touching = faces > 2
     # From either end of those of one face, the directions in which edges go: of two that go one way one is a part.
-    is_end = np.zeros(len(mesh.vertices), bool)
+    is_end = np.zeros(edges.begin.max(initial=-1) + 1, bool)
     is_end[begin[faces == 1]] = is_end[end[faces == 1]] = True
-    here, edges = np.concatenate([begin, end]), np.tile(edge, 2)
+    here = np.concatenate([begin, end])
     some = np.flatnonzero(is_end[here])
     ways = np.column_stack([here[some], np.concatenate([along, -along])[some].round(5) + 0.0])
     way = np.unique(ways, axis=0, return_inverse=True)[1].ravel()
-    both = np.unique(np.column_stack([way, edges[some]]), axis=0)
-    several = np.zeros(2 * len(edge), bool)
+    both = np.unique(np.column_stack([way, np.tile(edge, 2)[some]]), axis=0)
+    several = np.zeros(2 * len(rows), bool)
     several[some] = np.bincount(both[:, 0], minlength=1)[way] > 1
-    is_touching |= (faces == 1) & (several[: len(edge)] | several[len(edge) :])
-    out = np.zeros(len(place))
-    out[is_edge] = length[is_edge] * is_touching
+    out = np.zeros(len(lengths), bool)
+    out[rows] = (faces > 2) | ((faces == 1) & np.any(several.reshape(2, -1), axis=0))
     return out
-
-
-def _face_of_corner(mesh):
-    return np.repeat(np.arange(len(mesh.offsets) - 1), np.diff(mesh.offsets))
 
 
 def _volumes(mesh, along, areas, piece, sign):
@@ -141,17 +136,30 @@ def warn_of_winding(mesh, name, have_backs=False):
         )
 
 
-def _edges_of_two(mesh, areas):
-    """((k, 2) vertices at ends of edges that two faces share, (k, 2) these faces, (k,) whether both run one way)."""
-    place = numbers_of_places(mesh.vertices)[mesh.indices]
+class _Edges(NamedTuple):
+    """Of each entry of mesh.indices the edge to the one that comes next around its face."""
+
+    begin: np.ndarray  # numbers of places
+    end: np.ndarray
+    following: np.ndarray
+    face: np.ndarray
+    number: np.ndarray  # the same of all faces that have the edge
+    counts: np.ndarray  # whether it has two ends, and its face an area
+
+
+def _edges_of(mesh, areas):
+    begin = numbers_of_places(mesh.vertices)[mesh.indices]
     following = following_corners(mesh)
-    begin, end = place, place[following]
+    end = begin[following]
     face = np.repeat(np.arange(len(areas)), np.diff(mesh.offsets))
-    edge = np.minimum(begin, end) * len(mesh.vertices) + np.maximum(begin, end)
-    order = np.argsort(edge, kind="stable")
-    order = order[((begin != end) & (areas > 0.0)[face])[order]]
-    first = np.flatnonzero(np.diff(edge[order], prepend=-1))
+    number = np.minimum(begin, end) * len(mesh.vertices) + np.maximum(begin, end)
+    return _Edges(begin, end, following, face, number, (begin != end) & (areas > 0.0)[face])
+
+
+def _shared_by_two(edges):
+    """Two of (k,) entries of mesh.indices: the same edge, of either of the two faces that share it."""
+    order = np.argsort(edges.number, kind="stable")
+    order = order[edges.counts[order]]
+    first = np.flatnonzero(np.diff(edges.number[order], prepend=-1))
     first = first[np.diff(first, append=len(order)) == 2]
-    one, two = order[first], order[first + 1]
-    ends = np.stack([mesh.indices[one], mesh.indices[following[one]]], axis=1)
-    return ends, np.stack([face[one], face[two]], axis=1), begin[one] == begin[two]
+    return order[first], order[first + 1]

@@ -33,19 +33,23 @@ def save_gltf(path, solution, up):
         irradiance = _at_corners(s.triangles, s.normals[s.triangle_surfel], solution.irradiance[s.triangle_surfel])
         radiosity = s.emission[owner] + s.reflectance[owner] * irradiance
         whole = s.triangles.reshape(-1, 3) - middle, s.normals[owner], irradiance, radiosity
-        corners = np.minimum(np.hstack(whole), np.finfo(np.float32).max).astype(np.float32)
-        corners = corners.reshape(-1, 3, 12)
+        corners = _in_floats(np.hstack(whole)).reshape(-1, 3, 12)
         corners = corners[_have_area(corners[..., :3])].reshape(-1, 12)
         table, indices = np.unique(corners, axis=0, return_inverse=True)
         if len(table):
             parts.append(_primitive(*np.hsplit(table, 4), white, indices.reshape(-1, 3)))
     disks = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
     if len(disks):
-        light = solution.irradiance[disks], solution.radiosity[disks]
+        light = (_in_floats(values[disks]) for values in (solution.irradiance, solution.radiosity))
         parts.append(_primitive(s.points[disks] - middle, s.normals[disks], *light, white))
     if not parts:
         raise file_error(path, "cannot be written: all triangles are points in floats of 32 bits")
     write_primitives(path, parts, placed(middle, up))
+
+
+def _in_floats(values):
+    """values in 32 bits, the largest of those for what is larger."""
+    return np.minimum(values, np.finfo(np.float32).max).astype(np.float32)
 
 
 def _primitive(positions, normals, irradiance, radiosity, white, indices=None):

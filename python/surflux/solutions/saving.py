@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -42,14 +41,15 @@ def save(self: Any, path: FilePath, *, up: ArrayLike = (0.0, 0.0, 1.0)) -> Path:
         FileError: the file cannot be written.
     """
     up = check.direction("up", up)
-    if (suffix := Path(check.path("path", path)).suffix.lower()) not in SUFFIXES:
-        raise ValueError(f"path: wanted a name ending in {', '.join(SUFFIXES)}, got {os.fsdecode(path)!r}")
+    path = Path(check.path("path", path))
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"path: wanted a name ending in {', '.join(SUFFIXES)}, got {str(path)!r}")
     without_lobes(self, path)
-    if suffix != ".ply":
-        save_gltf(Path(os.fsdecode(path)), self, up)
-        return Path(os.fsdecode(path))
+    if path.suffix.lower() != ".ply":
+        save_gltf(path, self, up)
+        return path
     return save_surfels(
-        Path(os.fsdecode(path)),
+        path,
         self.surfels._core,
         radiosity=self.radiosity,
         irradiance=self.irradiance,
