@@ -32,15 +32,22 @@ TEST(Coincident, TwinsOfAPileAreMatchedOneByOne) {
     }
 }
 
-TEST(Coincident, TwinsAreOfOneObjectOneSizeAndOpposite) {
+TEST(Coincident, TwinsAreOfOneSizeAndOppositeAndOfOneObjectIfTheyCan) {
     Surfels s = select(shapes::disk({}, {0, 0, 1}, 0.5), {0, 0, 0, 0, 0});
     s.normals[1] = normalized({0.0012, 0, -1});  // .07 degrees off, within rounding of floats and more
     s.normals[2] = normalized({0.01, 0, -1});
     s.normals[3] = {0, 0, -1};
     s.radii[3] = 0.4;
     const Coincident found = find_coincident(scene_of({s, pile_of(1, {}, {0, 0, -1})}));
-    EXPECT_EQ(found.twin, (std::vector<std::uint32_t>{1, 0, Hit::none, Hit::none, Hit::none, Hit::none}));
+    EXPECT_EQ(found.twin, (std::vector<std::uint32_t>{1, 0, Hit::none, Hit::none, 5, 4}));
     EXPECT_EQ(found.is_copy, (std::vector<char>{0, 0, 0, 0, 1, 0}));
+}
+
+TEST(Coincident, TwinsMayBeOfTwoObjects) {
+    const Surfels up = pile_of(1, {}, {0, 0, 1}), down = pile_of(1, {}, {0, 0, -1});
+    EXPECT_EQ(find_coincident(scene_of({up, down})).twin, (std::vector<std::uint32_t>{1, 0}));
+    // A sheet of two objects on which one of two sides lies: its own sides stay together.
+    EXPECT_EQ(find_coincident(scene_of({up, two_sided(up)})).twin, (std::vector<std::uint32_t>{Hit::none, 2, 1}));
 }
 
 TEST(Coincident, RaysMeetAPileOnce) {

@@ -7,6 +7,8 @@
 #include "surflux/core/gauss_legendre.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/polygon.h"
+#include "surflux/trace/coincident.h"
+#include "surflux/trace/tracer.h"
 
 namespace surflux {
 
@@ -28,6 +30,7 @@ PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays)
       points_(scene.surfels),
       distances_(scene.surfels),
       touch_(by_rays ? 1.0 : float_over_double),
+      backs_(find_coincident(scene).twin),
       counted_(scene.surfels.size(), 1.0),
       extent_(scene.surfels.size()) {
     const Surfels& s = scene.surfels;
@@ -93,6 +96,11 @@ bool PairExchange::same_surface(std::uint32_t i, std::uint32_t j, double squared
     const double reach = 1.5 * (s.radii[i] + s.radii[j]);
     return squared < reach * reach && !points_.is_patch(i) && !points_.is_patch(j) &&
            dot(s.normals[i], s.normals[j]) > epsilon_ && surflux::same_surface(scene_, i, j);
+}
+
+// Disks of a sheet with two sides stand off it, so that parts of one side seem to face the other side of neighbours.
+bool PairExchange::is_back_of_neighbor(std::uint32_t i, std::uint32_t j, double squared) const {
+    return backs_[j] != Hit::none && (backs_[j] == i || same_surface(i, backs_[j], squared));
 }
 
 PairExchange::Octagon PairExchange::octagon_of_disk(std::uint32_t i) const {
@@ -201,6 +209,7 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
         const double bounded = std::max(squared, 0.25 * (s.areas[i] + s.areas[j]));
         return {areas * to_j * to_i / (pi * squared * bounded), Range::same_surface};
     }
+    if ((to_j <= 0.0 || to_i <= 0.0) && is_back_of_neighbor(i, j, squared)) return {};
     const bool is_mid = squared > mid_ratio * mid_ratio * extent * extent;
     if (is_mid && !patches) {
         const double g = between_nodes(i, j);

@@ -68,6 +68,7 @@ private:
     double to_polygons(std::uint32_t i, const Vec3& point, std::uint32_t j) const;
     Octagon octagon_of_disk(std::uint32_t i) const;
     bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;
+    bool is_back_of_neighbor(std::uint32_t i, std::uint32_t j, double squared) const;
 
     const Scene& scene_;
     double epsilon_;
@@ -79,6 +80,7 @@ private:
     Extent distances_;
     double touch_;
     bool few_emit_ = false;
+    std::vector<std::uint32_t> backs_;  // twins (trace/coincident.h)
     std::vector<double> counted_;  // of a patch's triangles, the share that is its area: less where others cover it
     std::vector<double> extent_;   // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;

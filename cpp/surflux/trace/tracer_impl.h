@@ -135,9 +135,14 @@ struct Tracer::Impl {
         std::uint32_t but = no_object;  // what is not of this object is looked for, and nothing else
     };
 
+    // The sides of a sheet may be of two objects.
+    bool is_of(const Disk& q, std::uint32_t object) const {
+        return q.object == object || (q.twin != no_surfel && disks[q.twin].object == object);
+    }
+
     // May the surface of disk q, `height` below or above a place on disk p, be the place's own?
-    static bool is_one_surface(const Disk& p, const Disk& q, float cosine, float height) {
-        if (p.object == q.object) return cosine > steepest_ridge;
+    bool is_one_surface(const Disk& p, const Disk& q, float cosine, float height) const {
+        if (is_of(q, p.object)) return cosine > steepest_ridge;
         return cosine > other_objects_ridge && p.spread > 0.0f && q.spread > 0.0f &&
                height <= std::max(p.spread, q.spread);
     }
@@ -268,7 +273,7 @@ struct Tracer::Impl {
 
     // Does the query take no notice of what ray `id` crosses there?
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
-        if (query.but != no_object) return disks[hit.surfel].object == query.but;
+        if (query.but != no_object) return is_of(disks[hit.surfel], query.but);
         if (query.nearby) return is_strange(*query.nearby, hit);
         const Ray& ray = query.rays[id];
         if (ignores(ray.from, hit) || is_over_surface(ray.from.surfel, hit)) return true;
