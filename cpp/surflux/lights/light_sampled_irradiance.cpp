@@ -37,8 +37,8 @@ public:
           facets_(over_hemisphere ? lights.facets() : nullptr) {}
 
     Rgb operator()(const Place& place) {
-        if (facets_ && facets_->form_factor(place.position, place.normal) * close_share < 1.0)
-            if (const std::optional<Rgb> found = far_light(place)) return *found;
+        if (facets_)
+            if (const std::optional<Rgb> found = known_light(place)) return *found;
         const int groups = lights_.groups(),
                   few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
         EvenPoints even_cosine(4, seed_ + cosine_stream, stream_of(place));
@@ -84,12 +84,15 @@ public:
     }
 
 private:
-    // What facets bring that are no larger than a sixteenth of all that the place sees: in closed form, times the share
-    // of light samples that arrive, which is noise in penumbrae alone. Nothing where probes cannot tell, of a lamp that
-    // hardly rises over the horizon. Probes and further samples have a share each, as above.
-    std::optional<Rgb> far_light(const Place& place) {
+    // What facets bring, in closed form, times the share of light samples that arrive, which is noise in penumbrae
+    // alone. Nothing where samples cannot tell: of a lamp that hardly rises over the horizon, or of one that is blocked
+    // in part and so close that few of them have most of its light. Probes and further samples have a share each, as
+    // above.
+    std::optional<Rgb> known_light(const Place& place) {
         const int groups = lights_.groups(),
                   few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
+        const bool close = facets_->form_factor(place.position, place.normal) * close_share >= 1.0;
+        const int most = close ? closer * options_.rays : options_.rays;
         Rgb out;
         for (int g = 0; g < groups; ++g) {
             Group& group = groups_[static_cast<std::size_t>(g)];
@@ -99,17 +102,18 @@ private:
             group.begin(seed_ + light_stream, stream);
             take_facets(g, place, few, group);
             if (group.lit + group.blocked == 0) return {};
+            const bool agree = group.lit == 0 || group.blocked == 0;
+            if (!agree && group.is_uneven()) return {};
             // Where all probes find the same a share of the places goes on, and what it finds beside that counts for
             // the others, which took it to be so.
             const Rgb probed = group.share();
-            double scale = options_.rays > few ? 1.0 : 0.0;
-            if (group.lit == 0 || group.blocked == 0)
-                scale *= group.random->uniform() < roulette ? 1.0 / roulette : 0.0;
+            double scale = most > few ? 1.0 : 0.0;
+            if (agree) scale *= group.random->uniform() < roulette ? 1.0 / roulette : 0.0;
             Rgb share = probed;
             if (scale > 0.0) {
-                const double further = 1.0 - 1.0 * few / options_.rays;
+                const double further = 1.0 - 1.0 * few / most;
                 group.forget();
-                take_facets(g, place, options_.rays, group);
+                take_facets(g, place, agree ? options_.rays : most, group);
                 share += scale * further * (group.share() - probed);
             }
             for (int c = 0; c < 3; ++c) out[c] += std::max(0.0, share[c]) * all[c];
@@ -120,8 +124,8 @@ private:
     // What they all would bring, and of_facets_, by which samples are drawn: means over the patch of a place, of more
     // points where it changes much.
     Rgb light_of_facets(int g, const Place& place, std::uint64_t stream) {
-        constexpr int few = 16, many = 256;
-        constexpr double much = 0.1;  // standard deviation, over the mean
+        constexpr int few = 16, more = 64, many = 256;
+        constexpr double some = 0.025, much = 0.1;  // standard deviation, over the mean
         of_facets_.assign(facets_->end_of(g) - facets_->first_of(g), {});
         EvenPoints even(2, seed_ + facet_stream, stream);
         const bool is_patch = place.shape != Place::point && points_.is_patch(place.shape);
@@ -141,7 +145,9 @@ private:
             }
         };
         take(is_patch ? few : 1);
-        if (taken * squares > (1.0 + much * much) * sum * sum) take(many);
+        const auto varies = [&](double by) { return taken * squares > (1.0 + by * by) * sum * sum; };
+        if (varies(some)) take(more);
+        if (varies(much)) take(many);
         Rgb all;
         up_to_.clear();
         for (const Rgb& brings : of_facets_) {
@@ -160,6 +166,7 @@ private:
         int lit = 0, blocked = 0;
         double weight = 0.0;  // of what samples would bring but for what blocks them
         Rgb passed, sent;     // of samples of facets, that arrive and of all
+        double squares = 0.0;
         std::optional<EvenPoints> even;
         std::optional<Random> random;
         void begin(std::uint64_t seed, std::uint64_t stream) {
@@ -173,7 +180,12 @@ private:
             for (int c = 0; c < 3; ++c) out[c] = sent[c] > 0.0 ? passed[c] / sent[c] : 0.0;
             return out;
         }
-        void forget() { passed = sent = {}, taken = 0; }
+        // Are samples worth less than half as many of one weight (Kish's effective sample size)?
+        bool is_uneven() const {
+            const double all = brightness(sent);
+            return 2.0 * all * all < static_cast<double>(taken) * squares;
+        }
+        void forget() { passed = sent = {}, squares = 0.0, taken = 0; }
     };
 
     // Of all rays, by powers of 2, which are the evenest.
@@ -253,6 +265,7 @@ private:
         for (std::size_t r = 0; r < whole_.size(); ++r) {
             (arrives[r] ? group.lit : group.blocked) += 1;
             group.sent += whole_[r];
+            group.squares += brightness(whole_[r]) * brightness(whole_[r]);
             if (arrives[r]) group.passed += whole_[r];
         }
     }
