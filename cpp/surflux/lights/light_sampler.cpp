@@ -19,7 +19,7 @@ struct CosineShare {
 };
 
 constexpr std::size_t most_clusters = 8;
-constexpr std::size_t most_edges = 64;         // of emissive patches in closed form: as much as many rays
+constexpr std::size_t most_edges = 256;        // of emissive patches in closed form: as much as many rays
 constexpr double least_gap = 0.05;             // of the side of a cluster
 constexpr double outstanding = 8.0;            // times the mean exitance: an eighth of what shines at most
 constexpr double golden = 0.6180339887498949;  // turns of a square's side that spread candidates evenly
