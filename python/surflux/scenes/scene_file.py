@@ -245,6 +245,7 @@ class Table:
 
     def __init__(self, path, name, data):
         self.path, self.name, self._data, self._known = path, name, data, []
+        self._key_of_file = ""
 
     def error(self, key, reason):
         place = ", ".join(part for part in (self.name, key) if part)
@@ -275,6 +276,7 @@ class Table:
         text = self.text(key)
         if text is None:
             return None
+        self._key_of_file = key
         path = self.path.parent / text
         if not path.is_file():
             raise self.error(key, f"no such file: {path}")
@@ -301,14 +303,16 @@ class Table:
             raise self.error(key, f"wanted tables, each headed [[{key}]]")
         return [Table(self.path, f"{key} {number}", entry) for number, entry in enumerate(value, start=1)]
 
-    def no_more_keys(self):
+    def no_more_keys(self, *keys):
+        """Refuses keys that were not asked for and are none of these."""
+        self._known += keys
         for key in self._data:
             if key not in self._known:
                 known = ", ".join(dict.fromkeys(self._known))
                 raise self.error(key, f"is not a key here; there is {known}")
 
     def call(self, function, *arguments, **named):
-        """function(...), with its ValueError, which names the key, as an error of this table."""
+        """function(...), with its ValueError, which names the key, or its FileError as an error of this table."""
         try:
             return function(*arguments, **named)
         except ValueError as error:
@@ -316,6 +320,8 @@ class Table:
             if key in self._known:
                 raise self.error(key, reason) from None
             raise self.error("", str(error)) from None
+        except FileError as error:  # names the file that a key of this table gave
+            raise self.error(self._key_of_file, str(error)) from None
 
 
 def arguments_of(table, keys):
@@ -329,6 +335,8 @@ def arguments_of(table, keys):
 
 
 def _light(table):
+    if "type" not in table:  # perhaps misspelt
+        table.no_more_keys("type", *(key for keys in LIGHT_KEYS.values() for key in keys))
     kind = table.choice("type", tuple(LIGHT_TYPES))
     keys = LIGHT_KEYS[kind]
     if kind == "environment":

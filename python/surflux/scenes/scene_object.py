@@ -24,6 +24,13 @@ _MESHES = {"box": shapes.box, "room": shapes.box, "rectangle": shapes.rectangle}
 _POINTS = {"sphere": shapes.sphere, "blob": shapes.blob, "knot": shapes.knot}
 SHAPES = (*_MESHES, *_POINTS)
 _FEWEST_ON_A_SHAPE = 12
+_KEYS = ("scale", "rotate", "translate", "up", "seed", "file", "shape", "kind", "orient", "rooms", "two_sided", "thin")
+_KEYS += ("reflectance", "emission", "specular", "exponent")
+_KIND_OF = {"patch_area": "mesh", "points": "surfels"}  # keys that go with one kind alone, but for points of a sphere
+_OF_CLOUDS = {
+    "viewpoint": "whose estimated normals turn towards it",
+    "clean": "of which isolated and repeated ones are left out",
+}
 
 
 @dataclass(frozen=True)
@@ -43,6 +50,8 @@ class Source:
 
 def open_object(table):
     """The Source of an object table; what is fixed, patches and files, is read here."""
+    if "file" not in table and "shape" not in table:  # perhaps misspelt
+        table.no_more_keys(*_KEYS, *(key for shape in (None, *SHAPES) for key in _keys_of(shape)))
     transform = table.call(
         make_transform,
         table.get("scale", 1.0),
@@ -58,18 +67,16 @@ def open_object(table):
         raise table.error("up", "is for a file; a shape is turned by its key rotate")
     shape = None if file is not None else table.choice("shape", SHAPES)
     kind = table.choice("kind", ("surfels", "mesh"), "mesh" if shape in _MESHES else "surfels")
+    _refuse_other_keys(table, shape, kind)
     orient = table.call(check.flag, "orient", table.get("orient", False))
     rooms = table.call(check.flag, "rooms", table.get("rooms", False))
     if rooms and not orient:
         raise table.error("rooms", "says how orient = true turns surfels, which is not there")
     two_sided = table.call(check.sides if kind == "mesh" else check.flag, "two_sided", table.get("two_sided", False))
     thin = table.get("thin")
-    for key in ("reflectance", "emission", "specular", "exponent", *(("walls",) if shape in ("box", "room") else ())):
-        table.get(key)
 
     sheets, two_sided = two_sided == "sheets", two_sided is True
     count, fewest, most, create = _created(table, transform, shape, file, kind, seed, sheets)
-    table.no_more_keys()
 
     thinned = create
     if thin is not None:
@@ -97,6 +104,26 @@ def open_object(table):
     return Source(count, min(fewest, count), most, 2 if two_sided else 1, make)
 
 
+def _keys_of(shape):
+    """The keys that a shape, or a file where it is None, may have beside _KEYS, by one of its kinds."""
+    arguments = () if shape is None else inspect.signature({**_MESHES, **_POINTS}[shape]).parameters
+    own = tuple(name for name in arguments if name not in ("seed", "inward"))
+    own += ("walls",) if shape in ("box", "room") else ()
+    return own if shape in ("blob", "knot") else (*own, *_KIND_OF, *_OF_CLOUDS)
+
+
+def _refuse_other_keys(table, shape, kind):
+    """Refuses keys that this object cannot have, before its file is read: a misspelt one may be why that fails."""
+    table.no_more_keys(*_KEYS, *_keys_of(shape))
+    for key, its_kind in _KIND_OF.items():
+        if key in table and kind != its_kind and not (key == "points" and shape in _POINTS):
+            raise table.error(key, f'goes with kind = "{its_kind}", not "{kind}"')
+    if shape is not None or kind == "mesh" or "points" in table:
+        for key, what in _OF_CLOUDS.items():
+            if key in table:
+                raise table.error(key, f"is for a file of points, {what}")
+
+
 def _created(table, transform, shape, file, kind, seed, sheets):
     """(count, fewest, most, n -> (Surfels in place, side of each or None)) of an object before it is thinned."""
     if shape in _POINTS and kind == "surfels":
@@ -111,14 +138,9 @@ def _created(table, transform, shape, file, kind, seed, sheets):
             lambda n: (transform.surfels(table.call(function, points=n, **arguments)), None),
         )
     mesh, side = _mesh(table, shape, file, kind)
-    viewpoint = table.get("viewpoint")
-    if mesh is not None and viewpoint is not None:
-        raise table.error("viewpoint", "is for a file of points, whose estimated normals turn towards it")
-    clean = table.call(check.flag, "clean", table.get("clean", False))
-    if mesh is not None and "clean" in table:
-        raise table.error("clean", "is for a file of points, of which isolated and repeated ones are left out")
     if mesh is None:
-        surfels = transform.surfels(_read(table, file, viewpoint, clean))
+        clean = table.call(check.flag, "clean", table.get("clean", False))
+        surfels = transform.surfels(_read(table, file, table.get("viewpoint"), clean))
         return len(surfels), len(surfels), len(surfels), lambda _: (surfels, None)
     polygons = mesh._replace(vertices=transform.points(mesh.vertices))
     if kind == "surfels":
@@ -229,10 +251,10 @@ def _painted(table, s, shape, side):
 
 
 def _pattern(table, points):
+    table.no_more_keys("pattern", "colors", "size", "seed")
     kind = table.choice("pattern", patterns.PATTERNS)
     colors = table.get("colors")
     if colors is None:
         raise table.error("colors", "is missing")
     size, seed = table.get("size", 0.1), table.get("seed", 0)
-    table.no_more_keys()
     return table.call(patterns.pattern_colors, kind, points, colors, size, seed)
