@@ -290,4 +290,4 @@ def test_keys_of_another_kind(folder):
     assert text.startswith("reflectance, size): wanted at least 9.")
     light = '[[object]]\nshape = "box"\n[[light]]\ntype = "environment"\nradiance = "sky.hdr"'
     text = refusal(sf.load_scene, "a.toml", light)
-    assert text == "a.toml (light 1, radiance): wanted a number or RGB, got 'sky.hdr'"
+    assert text == "a.toml (light 1, radiance): wanted a number or RGB, got 'sky.hdr'; image takes a path"

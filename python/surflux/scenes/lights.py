@@ -227,7 +227,9 @@ class Environment:
             got = " and ".join(given) or "none"
             raise ValueError(f"image_or_rgb: wanted radiance, an image or a path, by one of its names; got {got}")
         ((name, value),) = given.items()
-        if isinstance(value, (str, os.PathLike)) and name != "radiance":
+        if isinstance(value, (str, os.PathLike)):
+            if name == "radiance":
+                raise ValueError(f"radiance: wanted a number or RGB, got {os.fspath(value)!r}; image takes a path")
             value, name = read_image(value), f"{name} ({os.fspath(value)})"
         pixels = None
         array = check.numeric(name, value)

@@ -343,12 +343,8 @@ def _light(table):
         arguments = arguments_of(table, keys)
         if ("image" in table) == ("radiance" in table):
             raise table.error("radiance", "wanted either radiance or image")
-        image = table.file("image")
-        radiance = arguments.pop("radiance", None)
-        if isinstance(radiance, str):  # which Environment takes for a path
-            raise table.error("radiance", f"wanted a number or RGB, got {radiance!r}")
-        arguments.pop("image", None)
-        arguments["image_or_rgb"] = radiance if image is None else image
+        if "image" in table:
+            arguments["image"] = table.file("image")
     else:
         arguments = arguments_of(table, keys)
     return table.call(LIGHT_TYPES[kind], **arguments)

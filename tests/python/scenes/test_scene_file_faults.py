@@ -76,3 +76,9 @@ def test_a_misspelt_key_is_told_before_what_is_wrong_without_it(refused, text, p
 )
 def test_a_key_of_the_other_kind_says_which(refused, text, said):
     assert refused(f"[[object]]\n{text}\n").startswith(said)
+
+
+@pytest.mark.parametrize("value", ["-1", "[1, 2]", "[1, 2, -3]", '"1"', '"sky.exr"'])
+def test_the_radiance_of_an_environment_is_named(refused, value):
+    said = refused(BOX + f'[[light]]\ntype = "environment"\nradiance = {value}\n')
+    assert said.startswith("(light 1, radiance): wanted ")
