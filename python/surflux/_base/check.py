@@ -61,9 +61,21 @@ def numeric(name, value, booleans=False):
     except (ValueError, TypeError) as error:
         raise ValueError(f"{name}: wanted an array of numbers, got {type(value).__name__} ({error})") from None
     if array.size and array.dtype.kind not in "iuf" and not (booleans and array.dtype == bool):
-        kind = {"b": "booleans", "c": "complex numbers", "U": "text", "S": "text"}.get(array.dtype.kind, "objects")
+        if array.dtype.kind == "U":
+            text = next(entry for entry in np.asarray(value, object).flat if isinstance(entry, str))
+            raise ValueError(f"{name}: wanted real numbers, got text ({str(text)!r}){_number_of_text(text)}")
+        kind = {"b": "booleans", "c": "complex numbers", "S": "text"}.get(array.dtype.kind, "objects")
         raise ValueError(f"{name}: wanted real numbers, got {kind} ({array.dtype})")
     return array
+
+
+def _number_of_text(text):
+    """ "; as a number that is 0.02" of "2%": for messages; nothing of what is no number."""
+    try:
+        number = float(text.rstrip("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        return ""
+    return f"; as a number that is {number:.10g}"
 
 
 def finite_array(name, value, shape):
@@ -228,7 +240,8 @@ def length(name, value):
 def count(name, value, low=1, high=2**31 - 1):
     """value as an int in [low, high]; floats are refused, whole ones too."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Integral):
-        raise ValueError(f"{name}: wanted a whole number, got {value!r}")
+        hint = _number_of_text(value) if isinstance(value, str) else ""
+        raise ValueError(f"{name}: wanted a whole number, got {value!r}{hint}")
     if not low <= value <= high:
         raise ValueError(f"{name}: wanted a whole number from {low} to {high}, got {value}")
     return int(value)

@@ -82,3 +82,19 @@ def test_a_key_of_the_other_kind_says_which(refused, text, said):
 def test_the_radiance_of_an_environment_is_named(refused, value):
     said = refused(BOX + f'[[light]]\ntype = "environment"\nradiance = {value}\n')
     assert said.startswith("(light 1, radiance): wanted ")
+
+
+NUMBERS_AS_TEXT = [
+    ('[solve]\nerror = "2%"', "(solve, error): wanted real numbers, got text ('2%'); as a number that is 0.02"),
+    ('[solve]\nerror = "0.05"', "(solve, error): wanted real numbers, got text ('0.05'); as a number that is 0.05"),
+    ('[solve]\nerror = "fine"', "(solve, error): wanted real numbers, got text ('fine')"),
+    ('[solve]\nrays = "64"', "(solve, rays): wanted a whole number, got '64'; as a number that is 64"),
+    ('[solve]\nrays = "many"', "(solve, rays): wanted a whole number, got 'many'"),
+    ('size = [1, "2 m", 3]', "(object 1, size): wanted real numbers, got text ('2 m')"),
+    ('rotate = [0, 0, "90"]', "(object 1, rotate): wanted real numbers, got text ('90'); as a number that is 90"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), NUMBERS_AS_TEXT)
+def test_a_number_in_quotes_is_shown_with_the_number_that_it_is(refused, text, said):
+    assert refused(f"{BOX}{text}\n") == said
