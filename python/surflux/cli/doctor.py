@@ -13,9 +13,9 @@ from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.summary import box_text
 from surflux.cli.doctor_points import facts_of_points, lines_of_points
-from surflux.cli.mesh import GLTF, PATCHES
+from surflux.cli.mesh import PATCHES
 from surflux.cli.saying import error_lines
-from surflux.geometry.meshes import PYVISTA_SUFFIXES, TRIMESH_SUFFIXES, read_mesh
+from surflux.geometry.meshes import GLTF, PYVISTA_SUFFIXES, TRIMESH_SUFFIXES, read_mesh
 from surflux.scans.formats import format_of
 from surflux.solutions.solution_file import holds_solution
 

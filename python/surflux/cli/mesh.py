@@ -11,7 +11,7 @@ from surflux._base.check import counted
 from surflux._base.files import require_file
 from surflux._base.passes import LOG
 from surflux.geometry.estimates import percent
-from surflux.geometry.meshes import file_named, read_mesh
+from surflux.geometry.meshes import GLTF, file_named, read_mesh
 from surflux.geometry.winding import wound_alike
 from surflux.points.layers import is_terrain_of
 from surflux.points.surfels import Surfels
@@ -24,7 +24,6 @@ _GREY = 0.5  # what faces reflect that have no colour
 _DARK = 0.01  # of the area
 FACES_DOWN = 0.9  # of a terrain's area: it is wound the other way
 SUFFIXES = (".ply", ".glb", ".gltf", ".vtp")
-GLTF = (".glb", ".gltf")
 
 
 def is_mesh(options):

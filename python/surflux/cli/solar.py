@@ -10,13 +10,14 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_file, require_place
 from surflux._base.passes import LOG
-from surflux.cli.mesh import GLTF, patches_of_mesh
+from surflux.cli.mesh import patches_of_mesh
 from surflux.cli.pictures import camera_of
 from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
 from surflux.cli.solve import kind_of
 from surflux.drawing.plots import picture_path
 from surflux.drawing.value_map import SCALE, value_map
+from surflux.geometry.meshes import GLTF
 from surflux.pictures.framing import framing
 from surflux.points.reading import warn_of_faces
 from surflux.points.scan import read_scan_with_faces
@@ -87,8 +88,8 @@ def _checked(options):
     kind = kind_of(options)
     if kind == "mesh" and options.up is None and Path(options.input).suffix.lower() in GLTF:
         raise ValueError(
-            f"{options.input}: glTF has y up, and the sun stands over z: a scene file turns it (up = [0, 1, 0] of the "
-            "object); --up 0,0,1 says that this one has z up"
+            f"{options.input}: glTF has y up, and the sun stands over z: a scene file that names it turns "
+            "it; --up 0,0,1 says that this one has z up"
         )
     if kind != "cloud":
         refused = "casters", "receivers", "points", "viewpoint", "keep_outliers"

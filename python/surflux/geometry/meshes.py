@@ -70,7 +70,8 @@ def read_mesh(mesh):
 
 
 PYVISTA_SUFFIXES = (".vtp", ".vtk")
-TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf")  # those it needs no further package for
+GLTF = (".glb", ".gltf")  # which have y up, by their specification
+TRIMESH_SUFFIXES = (".stl", ".off", *GLTF)  # those it needs no further package for
 
 
 def _read_file(path):
@@ -92,7 +93,7 @@ def _read_file(path):
         if suffix == ".stl":
             require_whole_stl(path)
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
-        if suffix in (".gltf", ".glb"):
+        if suffix in GLTF:
             check_colors(path)
     else:
         supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
@@ -197,7 +198,7 @@ def _read_with_trimesh(path):
     import trimesh
 
     scene = trimesh.load(path)
-    if Path(path).suffix.lower() in (".gltf", ".glb"):
+    if Path(path).suffix.lower() in GLTF:
         take_strengths(path, scene)
     return _convert(scene)  # parts of a scene stay apart, each with its material
 

@@ -72,7 +72,8 @@ def load_scene(
     file: the path of points (PLY and others, see read), with kind = "mesh" or `points` of a mesh (PLY, OBJ and others,
     see Surfels.from_mesh). Relative paths start at the scene file; ${NAME} comes from the environment. With it go:
 
-    - up ([0, 0, 1]): what is up in the file; it is turned to z before `scale` and `rotate`.
+    - up ([0, 0, 1]; of glTF, .glb and .gltf, [0, 1, 0], as its specification says): what is up in the file; it is
+      turned to z before `scale` and `rotate`.
     - viewpoint: of points alone, the place in the file's coordinates from which they were seen; estimated normals turn
       towards it. Default: what the file says, see read.
     - clean (false): of points alone, true leaves out isolated points, those that a LAS file withholds, and repeated

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from surflux._base import check
+from surflux._base.passes import LOG
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
-from surflux.geometry.meshes import read_mesh
+from surflux.geometry.meshes import GLTF, read_mesh
 from surflux.geometry.orientation import inward_patches
 from surflux.geometry.sheets import sheet_faces
 from surflux.geometry.winding import warn_of_winding, wound_alike
@@ -52,15 +53,15 @@ def open_object(table):
     """The Source of an object table; what is fixed, patches and files, is read here."""
     if "file" not in table and "shape" not in table:  # perhaps misspelt
         table.no_more_keys(*_KEYS, *(key for shape in (None, *SHAPES) for key in _keys_of(shape)))
+    file = table.file("file")
     transform = table.call(
         make_transform,
         table.get("scale", 1.0),
         table.get("rotate", (0.0, 0.0, 0.0)),
         table.get("translate", (0.0, 0.0, 0.0)),
-        table.get("up", (0.0, 0.0, 1.0)),
+        table.get("up") if "up" in table else _up_of_file(table, file),
     )
     seed = table.call(check.seed, "seed", table.get("seed", 0))
-    file = table.file("file")
     if (file is None) == ("shape" not in table):
         raise table.error("file", "wanted either file or shape")
     if file is None and "up" in table:
@@ -102,6 +103,14 @@ def open_object(table):
         return Surfels._from_core(surfels._core.two_sided()) if two_sided else surfels
 
     return Source(count, min(fewest, count), most, 2 if two_sided else 1, make)
+
+
+def _up_of_file(table, file):
+    """What is up in a file whose table does not say it, or in a shape."""
+    if file is None or file.suffix.lower() not in GLTF:
+        return 0.0, 0.0, 1.0
+    LOG.info("%s (%s): y is up in %s, as glTF has it (up = [0, 0, 1] for z)", table.path, table.name, file.name)
+    return 0.0, 1.0, 0.0
 
 
 def _keys_of(shape):
