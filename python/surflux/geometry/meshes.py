@@ -101,7 +101,9 @@ def _read_file(path):
     problem = _problem(mesh)
     if problem:
         points = ""
-        if suffix == ".ply" and len(mesh.offsets) <= 1 and len(mesh.vertices):
+        if len(mesh.offsets) <= 1 and suffix in (*PYVISTA_SUFFIXES, *GLTF):
+            points = f"; points are not read of {suffix} files: write those that it has as .ply or .npz instead"
+        elif suffix == ".ply" and len(mesh.offsets) <= 1 and len(mesh.vertices):
             many = check.counted(len(mesh.vertices), "point")
             points = f'; surflux.read takes its {many} (kind = "surfels" in a scene file)'
         raise _core.FileError(f"{path}: {problem}{points}")

@@ -166,7 +166,7 @@ class Scan:
         where that file has a `row` of its own. LAS and LAZ take `pip install 'surflux[scans]'`; what they have no field
         for stands in extra dimensions, and is read back by its name; coordinates of a LAS file come back bit by bit,
         with its coordinate reference system. NPZ has arrays by name, VTP is for ParaView, glTF (.glb, .gltf) for
-        viewers, which have y up.
+        viewers, which have y up; points of these two are not read back.
 
         Args:
             path: ending in .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf. A file that is there is replaced, whole

@@ -14,9 +14,11 @@ _SUFFIXES = {name: name for name in (*FORMATS, "xyzn", "xyzrgb")} | {
     "laz": "las",
     "copc": "las",
 }
-MESHES = ("stl", "off", "glb", "gltf", "vtp", "vtk")
+_BOTH = ("glb", "gltf", "vtp", "vtk")  # which may have points alone, as Scan.save writes them
+MESHES = ("stl", "off", *_BOTH)
 _BEGINNINGS = {b"LASF": "las", b"ASTM-E57": "e57", b"PK\x03\x04": "npz", b"ply\n": "ply", b"ply\r": "ply"}
 _BEGINNINGS |= {b"# .PCD": "pcd", b"#.PCD": "pcd", b"VERSION": "pcd"}
+_POINTS_HINT = "; points without faces have to be written as .ply or .npz instead"
 _LFS = b"version https://git-lfs"
 _OTHERS = {
     b"\x89PNG": "a PNG picture",
@@ -25,7 +27,7 @@ _OTHERS = {
     b"\x1f\x8b": "a gzip archive",
 }
 _NPY = b"\x93NUMPY"
-_OTHERS |= {b"glTF": "a mesh in glTF", b"<!DOCTYPE": "a web page", b"<html": "a web page"}
+_OTHERS |= {b"glTF": "glTF", b"<!DOCTYPE": "a web page", b"<html": "a web page"}
 
 
 def format_of(path, format=None):
@@ -54,7 +56,7 @@ def format_of(path, format=None):
         raise file_error(path, "a pointer of git-lfs, not the file itself; 'git lfs pull' fetches that", "line 1")
     for beginning, what in _OTHERS.items():
         if head.startswith(beginning):
-            hint = MESH_HINT if "mesh" in what else "wanted points"
+            hint = MESH_HINT + _POINTS_HINT if what == "glTF" else "wanted points"
             raise file_error(path, f"is {what}; {hint}")
     if suffix in _SUFFIXES:
         name = _SUFFIXES[suffix]
@@ -77,7 +79,7 @@ def _head(path):
 def _refusal(path, what, name):
     shown = os.fsdecode(path)
     if name in MESHES:
-        hint = MESH_HINT
+        hint = MESH_HINT + (_POINTS_HINT if name in _BOTH else "")
     elif name == "npy":
         named = f"{Path(shown).stem}.npz"
         hint = (

@@ -52,6 +52,16 @@ def channels(attributes, name):
     return np.stack([attributes[f"{name}_{c}"] for c in "rgb"], axis=-1)
 
 
+@pytest.mark.parametrize("suffix", [".vtp", ".glb", ".gltf"])
+def test_what_is_written_for_viewers_alone_says_so_when_it_is_read(here, scan, suffix):
+    """Neither reader sends to the other and no further: points have to be written as something else."""
+    pytest.importorskip("pyvista" if suffix == ".vtp" else "trimesh")
+    scan.save(f"out{suffix}")
+    for read in (sf.read_scan, sf.read, sf.Surfels.from_mesh):
+        with pytest.raises(sf.FileError, match=rf"^out\{suffix}: .*writ.*as \.ply or \.npz instead$"):
+            read(f"out{suffix}")
+
+
 @pytest.mark.parametrize("suffix", [s for s in WRITTEN if s not in (".vtp", ".glb", ".gltf")])
 def test_what_is_written_is_read_again(here, scan, found, suffix):
     again = sf.read_scan(scan.save(f"out{suffix}", found))
