@@ -29,6 +29,12 @@ def note(text):
     LOG.info(text)
 
 
+def note_replaced(path):
+    """Says that an output that nobody has named takes the place of one: perhaps of another input of that stem."""
+    if path.exists():
+        note(f"{path} is there already, and is replaced (-o names another)")
+
+
 class _Said(logging.Handler):
     """What the library logs, on stderr."""
 

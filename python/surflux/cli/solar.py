@@ -12,6 +12,7 @@ from surflux._base.files import require_file, require_place
 from surflux._base.passes import LOG
 from surflux.cli.mesh import patches_of_mesh
 from surflux.cli.pictures import camera_of
+from surflux.cli.saying import note_replaced
 from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
 from surflux.cli.solve import kind_of
@@ -42,6 +43,8 @@ def run(options, limit):
     require_place(table)
     if image is not None:
         picture_path("--image", image)
+    if options.table is None:
+        note_replaced(table)
     scan, scene, surfel, told, site = _input(options, kind, weather, limit)
     camera = _camera(options, scene, site.frame)
     if kind in ("cloud", "mesh"):

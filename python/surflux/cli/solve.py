@@ -20,7 +20,7 @@ from surflux.cli.cloud import (
 from surflux.cli.mesh import is_mesh, patches_of_mesh, save_faces, take_up, tell_dark
 from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
 from surflux.cli.processes import check_processes, is_first, processes_given
-from surflux.cli.saying import error_lines, print_json, told
+from surflux.cli.saying import error_lines, note_replaced, print_json, told
 from surflux.scenes.studio import ground
 from surflux.solutions.solution_file import holds_solution
 
@@ -69,6 +69,8 @@ def run(options):
     check_images(images)
     kind = kind_of(options)
     _refuse_options(options, kind)
+    if options.output is None:
+        note_replaced(output)
     scene, cloud = _scene_to_solve(options, kind)
     names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
     given = {name: getattr(options, name) for name in names}

@@ -66,6 +66,14 @@ def test_parts_make_the_whole_for_programs(here, run):
     assert result["timings"]["all"] > result["timings"]["sun"] >= 0
 
 
+def test_the_usual_output_of_another_file_is_not_replaced_without_a_word(here, run):
+    surface = plane()
+    for is_said in (False, True):
+        status, _, err = run("solar", surface, *PLACE, "--time", NOON, "--no-image", "--no-sky-view")
+        assert status == 0, err
+        assert ("plane_solar.ply is there already, and is replaced (-o names another)" in err) == is_said
+
+
 @pytest.mark.slow
 def test_weather_of_a_file(here, run):
     """Hours of 500 W/m2 of diffuse light while the sun is up, and no beam: a level plane has their sum."""

@@ -28,6 +28,20 @@ def test_solve_writes_surfels_and_a_picture_beside_them(here, run):
     assert image[45, 60].min() > 50  # the back wall is lit
 
 
+def test_the_usual_output_of_another_file_is_not_replaced_without_a_word(here, run):
+    said = "surflux: room_solved.ply is there already, and is replaced (-o names another)\n"
+    (here / "room.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    options = "--no-image", "--rays", 16
+    for name, more, is_said in (
+        ("room.toml", (), False),
+        ("room.obj", (), True),
+        ("room.obj", ("-q",), False),
+        ("room.obj", ("-o", "room_solved.ply"), False),  # which says it
+    ):
+        status, _, err = run("solve", name, *options, *more)
+        assert (status, said in err) == (0, is_said), err
+
+
 def test_solve_for_programs(here, run):
     status, out, _ = run(
         "solve", "room.toml", "--json", "-o", "a.ply", "--image", "a.exr", "--image", "b.png", "--size", "40x30"
