@@ -3,6 +3,7 @@
 import math
 import numbers
 import os
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -216,6 +217,24 @@ def rows(name, value, n, width=None):
         wanted = f"({n},) or ({n}, k)" if width is None else f"({n}, {width})"
         raise ValueError(f"{name}: wanted shape {wanted}, got {array.shape}")
     return array
+
+
+def arrays_by_name(name, value):
+    """value, if it is a dict or another Mapping; what it holds is not looked at."""
+    if not isinstance(value, Mapping):
+        raise ValueError(f"{name}: wanted a dict of arrays by their names, got {type(value).__name__}")
+    return value
+
+
+def byte_colors(name, value, n):
+    """(n, 3) uint8 from whole numbers from 0 to 255: fractions would all be black, and larger ones wrap around."""
+    array = rows(name, value, n, 3)
+    if array.dtype.kind not in "iu":
+        raise ValueError(
+            f"{name}: wanted bytes ({n}, 3), whole numbers from 0 to 255, got {array.dtype}; "
+            "np.rint(255 * rgb).astype(np.uint8) makes them of sRGB from 0 to 1"
+        )
+    return in_range(name, array, 0, 255).astype(np.uint8)
 
 
 def number(name, value, low=-math.inf, high=math.inf, *, low_open=False, high_open=False):

@@ -76,10 +76,11 @@ class Scan:
                 "reflectance", check.all_finite("reflectance", own["reflectance"]), 0, 1
             )
         viewpoints = check.numeric("viewpoints", self.viewpoints)
-        own["viewpoints"] = check.rows("viewpoints", viewpoints, len(viewpoints), 3) if viewpoints.size else _NOWHERE
+        k = len(viewpoints) if viewpoints.ndim else 1
+        own["viewpoints"] = check.rows("viewpoints", viewpoints, k, 3) if viewpoints.size else _NOWHERE
         for name, values in own.items():
             object.__setattr__(self, name, np.asarray(values, np.float64))
-        for name, values in self.attributes.items():
+        for name, values in check.arrays_by_name("attributes", self.attributes).items():
             if np.ma.is_masked(values) or np.shape(values)[:1] != (n,):
                 got = "a masked array" if np.ma.is_masked(values) else f"shape {np.shape(values)}"
                 raise ValueError(f"{name}: wanted an array of {check.counted(n, 'row')}, got {got}")
@@ -174,7 +175,8 @@ class Scan:
             columns: more of each point by name, (n,) or (n, k); in place of attributes of the same name, or of its
                 channels. NaN: not known.
             normals: (n, 3) in place of the scan's.
-            colors: (n, 3), bytes of what is to be seen; None for the reflectance, .98 being white.
+            colors: (n, 3), whole numbers from 0 to 255, of what is to be seen; None for the reflectance, .98 being
+                white.
             comments: lines of text, which PLY files hold.
             up: (3,), what becomes y in glTF, by the matrix of its node.
 
@@ -205,10 +207,11 @@ class Scan:
         if given is not None:
             out["normals"] = given
         if colors is not None:
-            out["colors"] = check.rows("colors", colors, n, 3).astype(np.uint8)
+            out["colors"] = check.byte_colors("colors", colors, n)
         elif self.reflectance is not None:
             out["colors"] = self.display_colors(16 if suffix in (".las", ".laz") else 8)
-        given = {str(name): check.rows(f"columns: {name}", values, n) for name, values in (columns or {}).items()}
+        columns = {} if columns is None else check.arrays_by_name("columns", columns)
+        given = {str(name): check.rows(f"columns: {name}", values, n) for name, values in columns.items()}
         for where, names in (("columns", given), ("attributes", self.attributes)):
             own = next((name for name in names if name in OWN), None)
             if own is not None:

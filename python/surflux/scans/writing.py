@@ -36,6 +36,8 @@ def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0), pix
         FileError: the file cannot be written; what it takes is not installed.
     """
     writer = WRITTEN[written_suffix(path)]
+    if not isinstance(comments, tuple | list) or not all(isinstance(line, str) for line in comments):
+        raise ValueError("comments: wanted a list of lines of text")
     if any("\n" in line or "\r" in line for line in comments):
         raise ValueError("comments: wanted lines of text, got one with a line break")
     if writer is write_las:

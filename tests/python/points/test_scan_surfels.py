@@ -84,6 +84,12 @@ def test_what_is_wrong_is_still_refused(value):
         ),
         ({"points": [[0, 0], [0, 0, 0]]}, r"points: wanted an array of numbers, got list .*"),
         ({"points": [[0, 0, 0]], "viewpoints": None}, r"viewpoints: wanted numbers, got None"),
+        ({"points": [[0, 0, 0]], "viewpoints": 3}, r"viewpoints: wanted shape \(1, 3\), got \(\)"),
+        ({"points": [[0, 0, 0]], "attributes": [1]}, "attributes: wanted a dict of arrays by their names, got list"),
+        (
+            {"points": [[0, 0, 0]], "attributes": None},
+            "attributes: wanted a dict of arrays by their names, got NoneType",
+        ),
         ({"points": [[0, 0, 0]], "viewpoints": [1, 2]}, r"viewpoints: wanted shape \(2, 3\), got \(2,\)"),
     ],
 )

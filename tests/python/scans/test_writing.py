@@ -138,6 +138,19 @@ def test_what_does_not_fit_is_refused(here, scan):
         scan.save("out.ply", {"kwh": [1.0, 2.0, 3.0]})
     with pytest.raises(ValueError, match=rf"colors: wanted shape \({N}, 3\), got \({N},\)"):
         scan.save("out.ply", colors=np.zeros(N))
+    with pytest.raises(ValueError, match=rf"colors: wanted bytes \({N}, 3\), whole numbers from 0 to 255, got float64"):
+        scan.save("out.ply", colors=np.full((N, 3), 0.5))
+    with pytest.raises(ValueError, match=r"colors: wanted bytes .*, got bool"):
+        scan.save("out.ply", colors=np.ones((N, 3), bool))
+    for value in (256, -1):
+        with pytest.raises(ValueError, match=rf"colors: wanted values in \[0, 255\], got {value} at index \(0, 0\)"):
+            scan.save("out.ply", colors=np.full((N, 3), value))
+    for columns in ("kwh", 5, np.zeros((N, 3))):
+        with pytest.raises(ValueError, match=r"columns: wanted a dict of arrays by their names, got "):
+            scan.save("out.ply", columns)
+    for lines in ("one line", [5], 5):
+        with pytest.raises(ValueError, match="comments: wanted a list of lines of text"):
+            scan.save("out.ply", comments=lines)
     with pytest.raises(ValueError, match="comments: wanted lines of text, got one with a line break"):
         scan.save("out.ply", comments=["two\nlines"])
     with pytest.raises(ValueError, match="path: wanted points to write, and there are none"):
