@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike
 
 from surflux._base.check import finite_array, flag, length, number, positions, unit_vectors, vector3
 from surflux._base.types import Floats, Size
+from surflux._base.warn import warn
+
+_RADIANS = 0.1, 2.0  # of usual lenses, 6 to 115 degrees; as degrees, of telescopes
 
 
 class Camera:
@@ -20,7 +23,7 @@ class Camera:
         eye, target: (3,) each: where the camera is, and a point in the middle of its picture.
         up: (3,), a direction that is vertical in the picture; not parallel to the view.
         fov: vertical field of view, full angle in degrees, between 0 and 180; an orthographic camera has
-            none.
+            none. From .1 to 2, where radians may be meant, a warning says so.
         height: what an orthographic camera shows from bottom to top, above 0, in the unit of eye and target; None for
             a pinhole camera. What is behind the eye is not seen.
 
@@ -57,6 +60,9 @@ class Camera:
         if not 0.0 < self._fov < 180.0:
             raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")
         self._height = None if height is None else length("height", height)
+        if height is None and _RADIANS[0] <= self._fov < _RADIANS[1]:
+            meant = f"{np.degrees(self._fov):.3g} degrees"
+            warn(f"fov: {self._fov:g} degrees are those of a telescope; if these are radians, {meant} are meant")
         view = self._target - self._eye
         distance = np.linalg.norm(view)
         if distance == 0.0:

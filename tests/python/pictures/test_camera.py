@@ -85,6 +85,21 @@ def test_refuses_by_name(arguments, name):
         Camera(**{"eye": (0, 0, 0), "target": (0, 1, 0), **arguments})
 
 
+@pytest.mark.parametrize("fov", [0.1, 0.8, np.pi / 4, 1.99])
+def test_an_angle_that_may_be_in_radians_is_warned_of(fov):
+    """0.8 radians are 45.8 degrees, .1 and 1.99 are 5.73 and 114."""
+    meant = f"{fov * 180 / np.pi:.3g} degrees"
+    said = rf"^fov: {fov:g} degrees are .*; if these are radians, {meant} are meant$"
+    with pytest.warns(UserWarning, match=said):
+        assert Camera((0, -4, 0), (0, 0, 0), fov=fov).fov == fov
+
+
+@pytest.mark.parametrize("how", [{"fov": 2.0}, {"fov": 20}, {"fov": 0.09}, {"fov": 0.8, "height": 2.0}])
+def test_angles_of_lenses_and_of_orthographic_cameras_are_taken_without_a_word(how, recwarn):
+    Camera((0, -4, 0), (0, 0, 0), **how)
+    assert not recwarn.list
+
+
 @pytest.mark.parametrize("fov", [-10.0, 0.0, 180.0, 200.0])
 def test_angles_that_no_camera_has_are_refused_in_the_same_words(fov):
     with pytest.raises(ValueError, match=f"^fov: wanted degrees between 0 and 180, got {fov:g}$"):

@@ -71,6 +71,7 @@ def ball(n=2000):
     return sf.Surfels(unit, unit, reflectance=0.5 + 0.4 * unit)
 
 
+@pytest.mark.filterwarnings("ignore:fov:UserWarning")  # of a camera that is as far away as is said
 def test_bent_disks_look_as_a_pinhole_camera_sees_them_from_very_far():
     """At a distance of 1000 radii rays over the ball differ by a thousandth of a radius: by .05 pixels."""
     found = solved(ball())
