@@ -91,14 +91,19 @@ class FormFactorOperator:
         return self._product(np.transpose(x), True).T
 
     def _product(self, x, transposed):
+        x = self._rows(x)
+        return self._core.product(x.reshape(len(x), -1), transposed).reshape(x.shape)
+
+    def _rows(self, x):
+        """x (n,) or (n, k), checked."""
         x = _as_numbers("x", x)
         n = self.shape[0]
         if x.ndim not in (1, 2) or x.shape[0] != n:
             raise ValueError(f"x: wanted shape ({n},) or ({n}, k), got {x.shape}")
-        return self._core.product(x.reshape(n, -1), transposed).reshape(x.shape)
+        return x
 
     def standard_error(self, x: ArrayLike) -> Floats:
-        """Standard error (n,) of K @ x for x (n,), by the variance of independent rays.
+        """Standard error of K @ x for x (n,) or (n, k), in the shape of x, by the variance of independent rays.
 
         Rays are spread evenly, so that of x over many surfels the error is less: 1.4 to 3.3 times in rooms and between
         plates. Of x over few it may be more than it says: where no ray met any of them the variance is unknown, and 0.
@@ -106,10 +111,13 @@ class FormFactorOperator:
         Raises:
             ValueError: x of another shape.
         """
-        x = _as_numbers("x", x)
-        if x.shape != self.shape[:1]:
-            raise ValueError(f"x: wanted shape ({self.shape[0]},), got {x.shape}")
-        return np.sqrt(self._core.variance(x))
+        x = self._rows(x)
+        if x.ndim == 1:
+            return np.sqrt(self._core.variance(x))
+        errors = np.empty_like(x)
+        for column, values in enumerate(x.T):
+            errors[:, column] = np.sqrt(self._core.variance(np.ascontiguousarray(values)))
+        return errors
 
     @overload
     def to_scipy(self, sparse: Literal[False] = False) -> LinearOperator: ...

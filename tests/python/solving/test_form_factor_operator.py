@@ -120,6 +120,17 @@ def test_the_standard_error_is_no_less_than_the_error(name, seed):
     assert size < claimed < 4.0 * size
 
 
+def test_the_standard_error_of_columns_is_that_of_each():
+    K = sf.form_factor_operator(plates(), rays=64)
+    x = np.random.default_rng(3).normal(size=(200, 3))
+    found = K.standard_error(x)
+    assert found.shape == x.shape == (K @ x).shape
+    for column in range(3):
+        np.testing.assert_array_equal(found[:, column], K.standard_error(x[:, column]))
+    assert np.ptp(found, axis=1).max() > 0
+    assert K.standard_error(np.ones((200, 0))).shape == (200, 0)
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_opposite_squares(seed):
     """Closed form: .199825 (Howell, C-11). Of 2 x 100 patches with 1024 rays: within three standard errors."""
@@ -244,7 +255,8 @@ def test_arguments(tmp_path):
         (lambda: K.save("K.ply"), r"path: wanted a name ending in \.npz"),
         (lambda: K @ np.ones(8, complex), "x: wanted real numbers"),
         (lambda: np.ones(7) @ K, "x: wanted shape"),
-        (lambda: K.standard_error(np.ones((8, 1))), "x: wanted shape"),
+        (lambda: K.standard_error(np.ones((8, 1, 1))), r"x: wanted shape \(8,\) or \(8, k\), got \(8, 1, 1\)"),
+        (lambda: K.standard_error(np.ones(7)), r"x: wanted shape \(8,\) or \(8, k\), got \(7,\)"),
     ):
         with pytest.raises(ValueError, match=said):
             call()
