@@ -6,6 +6,7 @@
 #include "rooms.h"
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
+#include "surflux/neighbors/depth_steps.h"
 #include "surflux/neighbors/on_surface.h"
 #include "surflux/neighbors/point_index.h"
 #include "surflux/neighbors/radii.h"
@@ -66,6 +67,15 @@ void bind_neighbors(py::module_& module) {
             return to_array(without_gil([&] { return find_strays(p); }));
         },
         py::arg("places"));
+    module.def(
+        "without_depth_steps",
+        [](const Doubles& points, double step, const py::object& progress) {
+            const std::vector<Vec3> p = to_vec3s(points, "points");
+            const Progress report = to_progress(progress);
+            const SmoothedDepth found = without_gil([&] { return without_depth_steps(p, step, report); });
+            return py::make_tuple(to_array(found.points), to_array(found.is_off));
+        },
+        py::arg("points"), py::arg("step"), py::arg("progress") = py::none());
     module.def(
         "morton_order",
         [](const Doubles& points) {

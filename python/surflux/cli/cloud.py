@@ -2,6 +2,7 @@
 
 import copy
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from surflux.cli.pictures import camera_of
 from surflux.pictures.framing import framing
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
+from surflux.points.depth_steps import without_steps
 from surflux.points.exposure import exposed_by, exposure_of_colors
 from surflux.points.layers import is_terrain_of, layer_of, up_of_frame
 from surflux.points.properties import has_linear
@@ -29,6 +31,7 @@ from surflux.solutions.lit_points import light_at_points, save_lit, spread
 
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
 CLOUD_LIMIT = 1_000_000
+_KEPT = " (--keep-steps leaves them)", " (--keep-outliers keeps them)"
 _NORTH = 0.0, 1.0, -1.0  # and down: where the camera looks that terrain is seen by
 
 
@@ -64,7 +67,8 @@ class Cloud:
             LOG.info("%d points are taken of the file, evenly, and written (--points; --thin writes all)", count)
         used, first, self.alone = cleaned(scan, options.keep_outliers)
         orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
-        whole = scan[used].surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
+        seen, used = _without_steps(options, scan[used], used, self.alone)
+        whole = seen.surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
         whole = whole.flipped() if options.normals == "flip" else whole
         by_colors = scan.reflectance is not None and not has_linear(scan.attributes, "reflectance")
         if by_colors and not options.raw_colors:
@@ -98,7 +102,7 @@ class Cloud:
         lit = np.flatnonzero(self._whole_of_row >= 0)
         source = self._whole_of_row[lit]
         count, columns, more = len(self.scan), {}, {"up": up or (0.0, 0.0, 1.0)}
-        places = self.scan.points[lit], self._normals[source]
+        places = self._whole.points[source], self._normals[source]
         rho, emission = self._whole.reflectance[source], self._whole.emission[source]
         with watched(None, True):
             found = light_at_points(solution, self.of_row[lit], *places, rho, emission)
@@ -115,6 +119,20 @@ class Cloud:
         elif not albedo:  # colours that are light are no reflectance to whoever reads them
             columns["reflectance"] = spread(rho, lit, count)
         return save_lit(self.scan, path, found, lit, places[1], self.alone, colors, columns, **more)
+
+
+def _without_steps(options, scan, rows, alone):
+    """(a Scan whose points are moved where their depth has steps; the rows that it has of `rows`).
+
+    What is off all around it is left out, and marked in `alone`, but with --keep-outliers.
+    """
+    with watched(None, True):
+        found = None if options.keep_steps else without_steps(scan.points, options.keep_outliers, *_KEPT)
+    if found is None:
+        return scan, rows
+    moved, kept = found
+    alone[rows[~kept]] = True
+    return replace(scan, points=moved)[kept], rows[kept]
 
 
 def patches_of_file(options):

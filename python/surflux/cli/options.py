@@ -48,6 +48,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--strict", action="store_true", help=text)
     text = "light isolated points of a cloud, too, which are left out of light and picture otherwise"
     solve.add_argument("--keep-outliers", action="store_true", help=text)
+    text = "leave the points of a depth camera in the steps of its depth, where they are moved to planes otherwise"
+    solve.add_argument("--keep-steps", action="store_true", help=text)
     text = (
         "take the colours of a cloud as they are, where a mean reflectance outside of .3 to .5 is put right otherwise"
     )

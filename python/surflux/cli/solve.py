@@ -24,7 +24,7 @@ from surflux.cli.saying import error_lines, note_replaced, print_json, told
 from surflux.scenes.studio import ground
 from surflux.solutions.solution_file import holds_solution
 
-_OF_CLOUDS = ("albedo", "strict", "keep_outliers", "raw_colors")
+_OF_CLOUDS = ("albedo", "strict", "keep_outliers", "keep_steps", "raw_colors")
 # Options that do not go with what is no cloud, and what a scene file has in their place.
 _REFUSED = {
     "scene": ("thin", "light", "normals", "ground", *_OF_CLOUDS),

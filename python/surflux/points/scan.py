@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +16,7 @@ from surflux._base.color import WHITE, linear_to_srgb, reflectance_of_colors, wh
 from surflux._base.files import file_error
 from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
+from surflux.points.depth_steps import without_steps
 from surflux.points.exposure import warn_of_black
 from surflux.points.properties import has_linear, unit_normals
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
@@ -148,6 +149,35 @@ class Scan:
         with watched(threads, progress):
             arrays = arrays_of_scan(self)
             return surfels_of_arrays(self.name, arrays, reflectance, emission, viewpoint, oriented_around(orient))
+
+    def without_depth_steps(self, progress: Progress = False) -> Scan:
+        """The frame of a depth camera with its points where planes through the steps of its depth are.
+
+        Structured light and stereo measure 1 / |z| in whole steps, and walls come out as flights of stairs: normals
+        face the camera, and disks stand apart. Points are moved along their rays by some steps at most, to planes that
+        are fitted to the pixels around; those nearer or farther than all of these are left out. `surflux solve`
+        does this to the frames that it reads. Logs what was done.
+
+        Args:
+            progress: True for a bar on stderr, or a callback (done, total) -> bool; False cancels.
+
+        Returns:
+            Scan; this one where points are no such frame: seen from the origin along z or back, with few depths.
+
+        Raises:
+            Cancelled: the callback returned False.
+
+        >>> import numpy as np, surflux as sf
+        >>> x, y = np.meshgrid(np.linspace(-0.5, 0.5, 100), np.linspace(-0.4, 0.4, 80))
+        >>> steps = np.round((0.5 + 0.2 * x) / 0.003)  # of a wall at an angle
+        >>> scan = sf.Scan((np.dstack([x, y, np.ones_like(x)]) / (0.003 * steps)[..., None]).reshape(-1, 3))
+        >>> off = [abs(p @ [0.2, 0.0, 0.5] - 1.0).mean() for p in (scan.points, scan.without_depth_steps().points)]
+        >>> bool(off[1] < 0.3 * off[0])
+        True
+        """
+        with watched(None, progress):
+            found = without_steps(self.points)
+        return self if found is None else replace(self, points=found[0])[found[1]]
 
     def save(
         self,
