@@ -12,6 +12,8 @@ namespace surflux {
 namespace {
 
 constexpr double precision = 1e-9;  // of the power, that the rule brings
+constexpr double small = 1e-5;      // of the power, what a triangle has at most that is too small for that
+constexpr int rows = 16;            // of the parts of such a triangle, where the penumbra is no wider
 constexpr int order = 8;            // of the rule along a piece of an edge
 constexpr int sides = 16;           // of the pyramid: 1.3 % larger than the cone
 
@@ -82,6 +84,22 @@ double around_edges(const Polygon& polygon, const double (&kinks)[2], const With
     return std::abs(sum);
 }
 
+// Of a triangle that is small as the light sees it: the mean share over it. A penumbra that is far wider has a share
+// that the middles of its edges tell.
+double mean_share(const Vec3& light, const SpotCone& cone, const Triangle& t) {
+    const Vec3 a = t.a - light, b = t.b - light, c = t.c - light;
+    const double longest = std::max({length(b - a), length(c - a), length(c - b)});
+    if (longest < 0.01 * (cone.outer() - cone.inner()) * length(a))
+        return (cone.share(a + b) + cone.share(b + c) + cone.share(c + a)) / 3.0;
+    double sum = 0.0;
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < 2 * (rows - i) - 1; ++j) {
+            const double third = j % 2 == 0 ? 1.0 / 3.0 : 2.0 / 3.0;
+            sum += cone.share(a + (i + third) / rows * (b - a) + (j / 2 + third) / rows * (c - a));
+        }
+    return sum / (rows * rows);
+}
+
 }  // namespace
 
 double spot_power(const Vec3& light, const SpotCone& cone, const Triangle& triangle) {
@@ -98,6 +116,8 @@ double spot_power(const Vec3& light, const SpotCone& cone, const Triangle& trian
         const double distance = length(center);
         if (reach < distance && cone.angle(center) - std::asin(reach / distance) >= cone.outer()) return 0.0;
     }
+    const double all = cone.within(pi), seen = solid_angle(light, triangle);
+    if (seen < small * all) return seen * mean_share(light, cone, triangle);
     const Frame frame = frame_around(cone.axis());
     Polygon whole;
     for (const Vec3* corner : {&triangle.a, &triangle.b, &triangle.c}) {
@@ -110,7 +130,6 @@ double spot_power(const Vec3& light, const SpotCone& cone, const Triangle& trian
     const double kinks[2] = {cone.inner(), cone.outer()};
     if (front.size() >= 3) sum += around_edges(front, kinks, [&](double angle) { return cone.within(angle); });
     // Off the cone, edges cancel but for that.
-    const double all = cone.within(pi);
     if (cone.outer() <= 0.5 * pi) return sum > precision * all ? sum : 0.0;
     // What lies behind, by its angle from the opposite of the axis.
     clip(whole, {0, 0, 1}, spare);

@@ -64,7 +64,15 @@ SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiance
     const Fields found =
         fields(sky, colors, besides, emitted_.sent(),
                reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas), bounces);
+    // The basis runs below 0 where light changes steeply: what it takes off the sky's light does not come off what is
+    // reflected.
     Irradiance out{at_surfels(found.direct), at_surfels(found.all)};
+    for (std::size_t i = 0; i < out.all.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            const double reflected = std::max(0.0, out.all[i][c] - out.direct[i][c]);
+            out.direct[i][c] = std::max(0.0, out.direct[i][c]);
+            out.all[i][c] = out.direct[i][c] + reflected;
+        }
     for (std::size_t i = 0; i < sun.size(); ++i) out.direct[i] += sun[i], out.all[i] += sun[i];
     const std::vector<Rgb>& emitted = emitted_.at_surfels();
     for (std::size_t i = 0; i < emitted.size(); ++i) out.all[i] += emitted[i];
@@ -74,7 +82,7 @@ SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiance
 std::vector<Rgb> SkyTransfer::at_surfels(const std::vector<float>& coefs) const {
     std::vector<Rgb> out(operator_.areas.size());
     operator_.at_surfels.multiply(coefs, colors, [&](std::size_t i, const float* sum) {
-        for (int c = 0; c < 3; ++c) out[i][c] = std::max(0.0, static_cast<double>(sum[c]));
+        for (int c = 0; c < 3; ++c) out[i][c] = static_cast<double>(sum[c]);
     });
     return out;
 }

@@ -40,6 +40,8 @@ def solar_weather(place, times, epw, skies, hours, steps, *, albedo, altitude, *
     if skies is not None:
         if albedo is not None:
             raise ValueError("albedo: goes with times and epw; skies have their own")
+        if steps is not None:
+            raise ValueError("steps: goes with times and epw; a sky has its sun in one place")
         return _of_skies(skies, each)
     albedo = _ALBEDO if albedo is None else check.number("albedo", albedo, 0.0, 1.0)
     if epw is not None:

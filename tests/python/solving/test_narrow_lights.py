@@ -135,6 +135,19 @@ def test_a_small_lamp_close_over_a_floor(solver, height):
             assert power == pytest.approx(expected, rel=0.006 + short)
 
 
+@pytest.mark.parametrize(("cone", "penumbra", "angle"), [(45, 5, 21.25), (120, 60, 45), (160, 160, 40), (220, 80, 90)])
+@pytest.mark.parametrize("width", [1e-3, 5e-5, 1e-5, 1e-6])
+def test_small_patches_in_the_penumbra_of_a_far_spot_are_lit(cone, penumbra, angle, width):
+    """Below 5e-5 of the distance they were black: the rule for a patch in a cone has 1e-9 of the cone's power."""
+    e = 0.5 * width
+    square = patch([-e, -e, 0], 2 * e * X, 2 * e * Y, 0.0, 0.0, 1.0)
+    a = np.radians(angle)
+    spot = sf.SpotLight([0, 0, 1], [np.sin(a), 0, -np.cos(a)], 1.0, cone=cone, penumbra=penumbra)
+    x = ((cone / 2) - angle) / (penumbra / 2)
+    found = sf.solve(sf.Scene([square], [spot])).direct[0, 0]
+    assert found == pytest.approx(x * x * (3.0 - 2.0 * x), rel=2e-3)
+
+
 def test_a_narrow_spot_at_points_is_exact():
     ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
     scene = sf.Scene([ground], [sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.0)])

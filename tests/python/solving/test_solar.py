@@ -122,6 +122,19 @@ def test_hours_add_up(stair):
     assert len(found.hourly().beam) == len(found.surfels)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_hour_of_a_room_has_its_reflected_light_at_all_surfels(seed):
+    """What the basis has below 0 of the sun's light came off what is reflected: at the worst surfels all of that."""
+    corners = [[x, y, z] for z in (0, 3) for y in (0, 5) for x in (0, 6)]
+    window = [[x, 0, z] for z in (1.0, 2.4) for x in (1.5, 4.5)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 2, 6, 4], [1, 5, 7, 3], [2, 3, 7, 6]]
+    faces += [[0, 8, 9, 1], [1, 9, 11, 5], [5, 11, 10, 4], [4, 10, 8, 0]]
+    room = sf.Surfels.from_mesh((corners + window, faces), 0.1, reflectance=0.5)
+    found = sf.solar_irradiation(sf.Scene([room]), skies=[sf.Sky.from_sun(35, 190, 700, 120)], seed=seed)
+    hour = found.hourly().reflected[:, 0] / 1000.0
+    np.testing.assert_allclose(found.reflected, hour, atol=0.02 * hour.mean())
+
+
 @pytest.mark.slow
 def test_hours_are_those_of_solve(stair):
     """Each hour by `solve` under the same Sky: 2 % in the RMS of all hours together, and 1 % in the mean.
@@ -225,6 +238,7 @@ def test_years_and_times_of_a_place():
         ({"skies": None, "times": 1000, "place": (47.4, 8.5)}, "^year: wanted a whole number from 1950"),
         ({"hours": 0.0}, "^hours: wanted values in"),
         ({"steps": 0}, "^steps: wanted a whole number"),
+        ({"steps": 4}, "^steps: goes with times and epw"),
         ({"sun_step": 45.0}, "^sun_step: wanted values in"),
         ({"bounces": -1}, "^bounces: wanted a whole number"),
         ({"patches": 146}, "^patches: wanted one of"),
