@@ -67,7 +67,8 @@ def read(
         clean: True leaves out, as `surflux solve` does, what is not of the surface, and logs how many: points that
             stand alone, or float with few others, four times as far from all else as is usual (none where more than a
             hundredth of all would, for such a cloud is sampled unevenly), points that a LAS file withholds, and all but
-            the first at one place that face one side.
+            the first at one place that face one side. Points of a depth camera are moved, see
+            Scan.without_depth_steps.
         points: at most so many: a file with more is thinned while it is read, to an even sample of one point in each
             cell of a grid, without ever being whole in memory. None for all.
         seed: of that grid.
@@ -155,5 +156,5 @@ def _arrays(path, format, points, seed, clean):
         used = cleaned(scan, undo="clean = false keeps them")[0]
         if len(used) == 0:
             raise file_error(path, "all of its points are withheld; clean = false takes them")
-        scan = scan[used]
+        scan = scan[used].without_depth_steps()
     return arrays_of_scan(scan) | {"faces": columns.faces}

@@ -77,7 +77,8 @@ def load_scene(
     - viewpoint: of points alone, the place in the file's coordinates from which they were seen; estimated normals turn
       towards it. Default: what the file says, see read.
     - clean (false): of points alone, true leaves out isolated points, those that a LAS file withholds, and repeated
-      ones, before `thin`, as `surflux solve` does with a cloud; see read.
+      ones, and moves those of a depth camera to the planes that its depth has steps of, before `thin`, as `surflux
+      solve` does with a cloud; see read.
 
     shape, with its keys and their defaults:
 

@@ -65,6 +65,19 @@ def test_what_has_no_steps_stays_as_it_is():
         assert scan.without_depth_steps() is scan
 
 
+def test_reading_clean_takes_steps_off(tmp_path):
+    points, disparity = room()
+    sf.Scan(points).save(tmp_path / "frame.ply")
+    (tmp_path / "scene.toml").write_text("""[[object]]
+file = "frame.ply"
+clean = true
+""")
+    for surfels in (sf.read(tmp_path / "frame.ply", clean=True), sf.load_scene(tmp_path / "scene.toml").surfels):
+        assert len(surfels) == len(points)
+        assert off(surfels.points, disparity) < 0.5 * off(points, disparity)
+    assert sf.read(tmp_path / "frame.ply").points == pytest.approx(points)
+
+
 def test_progress_cancels():
     with pytest.raises(sf.Cancelled):
         sf.Scan(room()[0]).without_depth_steps(progress=lambda done, total: False)
