@@ -98,12 +98,12 @@ def _sides_of(one, witnesses, options):
 
 
 def _inward_faces(one, inward):
-    """(f,) booleans: faces of a mesh of which surfels make most that point inwards (n,); None of what is no mesh."""
+    """(f,) booleans: faces of a mesh most of whose area lies in surfels that point inwards (n,); None of no mesh."""
     if one.faces is None:
         return None
-    faces, count = one.faces, len(one._faces.merged)
-    found = np.bincount(faces, one.areas * inward, count) > 0.5 * np.bincount(faces, one.areas, count)
-    return found[one._faces.merged] | found
+    surfel, face, share = one._faces.shares(one)
+    areas, count = share * one.areas[surfel], one._faces.count
+    return np.bincount(face, areas * inward[surfel], count) > 0.5 * np.bincount(face, areas, count)
 
 
 def _faces_text(inward):

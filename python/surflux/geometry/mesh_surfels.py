@@ -1,7 +1,6 @@
 """Surfels, compiled, of a mesh that has been read and checked: one per patch, or points spread over it."""
 
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.face_colors import colors_of_parts, go_on, varies_within_faces
+from surflux.geometry.faces import faces_of_patches
 from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
 from surflux.geometry.sheets import sheet_faces, with_backs
@@ -17,15 +17,8 @@ from surflux.geometry.sheets import sheet_faces, with_backs
 CANDIDATES = 5  # for each sample: Yuksel 2015, section 4
 
 
-class Faces(NamedTuple):
-    """The face `of` (n,) each surfel, and for each face that was `merged` (f,) into another one which that is."""
-
-    of: np.ndarray
-    merged: np.ndarray
-
-
 def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
-    """(_core.Surfels, Faces) of a Mesh with gloss (see gloss_arrays) per face."""
+    """(_core.Surfels, faces.Faces) of a Mesh with gloss (see gloss_arrays) per face."""
     materials = np.column_stack([mesh.face_reflectance(), mesh.face_emission(), *gloss.values()])
     alike = partial(go_on, mesh) if varies_within_faces(mesh) else None
     patches = make_patches(*mesh[:3], patch_area, materials, divided=True, go_on=alike)
@@ -42,10 +35,11 @@ def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
         patches.triangle_patch,
         **gloss,
     )
+    faces = faces_of_patches(patches, len(mesh.offsets) - 1)
     if not back_of_sheets:
-        return core, Faces(patches.faces, patches.merged)
+        return core, faces
     sheet = sheet_faces(mesh)[patches.faces]
-    return with_backs(core, sheet), Faces(np.concatenate([patches.faces, patches.faces[sheet]]), patches.merged)
+    return with_backs(core, sheet), faces.taken(np.append(np.arange(len(sheet)), np.flatnonzero(sheet)))
 
 
 def _colors_of_patches(mesh, patches):

@@ -1,6 +1,7 @@
 """Patches of polygonal models, one surfel each (D04 section 7.3): the geometry behind Surfels.from_mesh."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,12 +19,22 @@ _MOST = 20_000_000
 _STEPS = 7  # of the stage "faces": each a fraction of a second for a million of them
 
 
+class Pairs(NamedTuple):
+    """Triangles that became quadrilaterals: first and second of the `faces` (p, 2), and of the first the corners.
+
+    halves (p, 3, 3): the corner that only the first has, then the two that both have.
+    """
+
+    faces: np.ndarray
+    halves: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Patches:
     """Per patch: centroid, unit normal, exact area, distance to the farthest corner, the face it came from.
 
-    Of two faces that became one, that is the first; `merged` (f,) says for the second which that is, for others the
-    face itself.
+    Of a quadrilateral that was two triangles, that is the first of them, and `pair` (n,) the row of `pairs`; -1 of
+    others.
 
     The triangles (t, 3, 3) of patch triangle_patch (t,), ascending, cover it exactly.
     """
@@ -35,7 +46,11 @@ class Patches:
     faces: np.ndarray
     triangles: np.ndarray
     triangle_patch: np.ndarray
-    merged: np.ndarray | None
+    pair: np.ndarray
+    pairs: Pairs
+
+
+NO_PAIRS = Pairs(np.zeros((0, 2), np.int64), np.zeros((0, 3, 3)))
 
 
 def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True, divided=False, go_on=None):
@@ -66,14 +81,14 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
 
     triangles = [ring for ring in rings if ring[1].shape[1] == 3]
     others = [ring for ring in rings if ring[1].shape[1] > 3]
-    merged = np.arange(len(offsets) - 1)
+    count, pairs = len(offsets) - 1, NO_PAIRS
     if triangles and paired:
-        others, triangles, first, second = _pair_triangles(triangles, others, material, go_on, told)
-        merged[second] = first
+        quads, triangles, pairs = _pair_triangles(triangles, material, go_on, told)
+        others += [(count + np.arange(len(quads)), quads)] if len(quads) else []
     report(told, _STEPS, _STEPS)
     rings = triangles + others
     pieces = rings if patch_area is None else _cut(rings, patch_area)
-    return assemble_patches(_divided(pieces, rings) if divided else pieces, merged)
+    return assemble_patches(_divided(pieces, rings) if divided else pieces, count, pairs)
 
 
 def _rings(vertices, offsets, indices):
@@ -159,8 +174,8 @@ def _triangulate(face, corners):
     return np.asarray(mesh.cell_data["face"])[keep], triangles[keep]
 
 
-def _pair_triangles(triangles, others, material, go_on, told):
-    """Pairs of coplanar triangles as quadrilaterals: (others and quads, the other triangles, first, second faces)."""
+def _pair_triangles(triangles, material, go_on, told):
+    """Pairs of coplanar triangles as quadrilaterals: (these (p, 4, 3), the other triangles, Pairs)."""
     face = np.concatenate([f for f, _ in triangles])
     corners = np.concatenate([c for _, c in triangles])
     # Edges are matched by position: many formats store the corners of each face anew.
@@ -193,10 +208,9 @@ def _pair_triangles(triangles, others, material, go_on, told):
     pairs = _best_pairs(h // 3, twin // 3, 1.0 - sines.min(axis=1, initial=1.0), len(face))
     paired = np.zeros(len(face), bool)
     paired[h[pairs] // 3] = paired[twin[pairs] // 3] = True
-    first, second = face[h[pairs] // 3], face[twin[pairs] // 3]
-    quad_ring = [(first, quads[pairs])] if len(pairs) else []
     rest = [(face[~paired], corners[~paired])] if not paired.all() else []
-    return others + quad_ring, rest, first, second
+    faces = np.stack([face[h[pairs] // 3], face[twin[pairs] // 3]], axis=1)
+    return quads[pairs], rest, Pairs(faces, quads[pairs][:, [0, 1, 3]])
 
 
 def _places(points, told):
@@ -340,8 +354,8 @@ def _flat(rings):
     return np.concatenate([corners.reshape(-1, 3) for _, corners in rings]), np.concatenate([[0], np.cumsum(counts)])
 
 
-def assemble_patches(pieces, merged=None):
-    """Patches of rings of convex polygons, in the order of the faces they came from."""
+def assemble_patches(pieces, count=None, pairs=NO_PAIRS):
+    """Patches of rings of convex polygons, in the order of the faces they came from; face count + p is pair p."""
     parts, first = [], 0
     for face, corners in pieces:
         k = corners.shape[1]
@@ -360,6 +374,8 @@ def assemble_patches(pieces, merged=None):
     centroids, normals, areas, radii, faces, triangles, owner = (
         np.concatenate(part) for part in zip(*parts, strict=True)
     )
+    pair = np.full(len(faces), -1) if count is None else np.maximum(faces - count, -1)
+    faces = np.where(pair < 0, faces, np.append(pairs.faces[:, 0], -1)[pair])
     order = np.argsort(faces, kind="stable")
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
@@ -372,5 +388,6 @@ def assemble_patches(pieces, merged=None):
         faces[order],
         triangles[by_patch],
         place[owner][by_patch].astype(np.uint32),
-        merged,
+        pair[order],
+        pairs,
     )

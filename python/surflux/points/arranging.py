@@ -102,7 +102,8 @@ def transformed(self: SomeSurfels, matrix: ArrayLike) -> SomeSurfels:
         raise ValueError(f"matrix: wanted a last row of 0, 0, 0, 1, got {matrix[3]}")
     if scale == 0.0 or not np.allclose(linear.T @ linear, scale**2 * np.eye(3), rtol=0.0, atol=1e-6 * scale**2):
         raise ValueError("matrix: wanted one that turns, mirrors and scales alike along all axes")
-    return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]), self._faces)
+    faces = None if self._faces is None else self._faces.transformed(linear, matrix[:3, 3])
+    return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]), faces)
 
 
 def thinned(
@@ -266,7 +267,7 @@ def divide_patches(
 
 
 def _cut(s, core, of):
-    faces = None if s._faces is None else s._faces._replace(of=s._faces.of[of])
+    faces = None if s._faces is None else s._faces.divided(of, core.positions)
     return s._from_core(core, faces)
 
 

@@ -173,7 +173,7 @@ class Surfels:
         a warning that says how many.
 
         Returns:
-            Surfels, in the order of the faces.
+            Surfels, in the order of the faces; those of two that count as one stand where the first does.
 
         Raises:
             ValueError: an argument, by name; a mesh without any face that has an area; a patch_area that makes more
@@ -204,7 +204,7 @@ class Surfels:
         with file_named(mesh), watched(threads, progress):
             core, of = surfels_of_patches(polygons, patch_area, gloss, two_sided == "sheets")
         if two_sided is True:
-            core, of = core.two_sided(), of._replace(of=np.tile(of.of, 2))
+            core, of = core.two_sided(), of.taken(np.tile(np.arange(len(core)), 2))
         return cls._from_core(core, of)
 
     @classmethod
@@ -308,7 +308,7 @@ class Surfels:
 
     @property
     def faces(self) -> Integers | None:
-        """(n,) the face of the mesh that from_mesh took each patch from; None of all other Surfels."""
+        """(n,) the face of the mesh in which the centre of each patch of from_mesh lies; None of all other Surfels."""
         return None if self._faces is None else self._array("faces", lambda: self._faces.of.copy())
 
     @property
@@ -346,7 +346,7 @@ class Surfels:
         Triangles and areas go with them. Raises ValueError for anything else, IndexError past the end.
         """
         selected = check.selection("selection", selection, len(self))
-        faces = None if self._faces is None else self._faces._replace(of=self._faces.of[selected])
+        faces = None if self._faces is None else self._faces.taken(selected)
         return Surfels._from_core(self._core.select(selected), faces)
 
     flipped, replace = arranging.flipped, arranging.replace

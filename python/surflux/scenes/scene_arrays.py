@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux.geometry.mesh_surfels import Faces
+from surflux.geometry.faces import Faces
 from surflux.pictures.camera import Camera
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, PointLight, SpotLight
@@ -29,7 +29,7 @@ def scene_arrays(scene):
     arrays["given_areas"] = np.concatenate(areas)
     for k, surfels in enumerate(scene.objects):
         if surfels._faces is not None:
-            arrays[f"faces_{k}"], arrays[f"merged_{k}"] = (np.asarray(of, np.int64) for of in surfels._faces)
+            arrays |= {f"faces_{k}_{name}": np.atleast_1d(of) for name, of in surfels._faces._asdict().items()}
     lights = []
     for k, light in enumerate(scene.lights):
         values = {"type": type(light).__name__}
@@ -64,24 +64,45 @@ def scene_of_arrays(about, arrays):
         own = slice(begin, begin := begin + int(size))
         areas = np.zeros(0) if np.isnan(given[own]).all() else check.per_surfel("given_areas", given[own], int(size))
         selected = surfels.select(np.arange(own.start, own.stop, dtype=np.uint32)).with_areas(areas)
-        objects.append(Surfels._from_core(selected, _faces(arrays.get(f"faces_{k}"), arrays.get(f"merged_{k}"), size)))
+        objects.append(Surfels._from_core(selected, _faces(arrays, k, size)))
     camera = None if about["camera"] is None else Camera(**about["camera"])
     scene = Scene(objects, lights, camera=camera, name=about["name"], solve_options=about["solve_options"])
     scene._take_compiled(core)
     return scene
 
 
-def _faces(of, merged, size):
-    if of is None or merged is None:
+def _faces(arrays, k, size):
+    if f"faces_{k}_of" in arrays:
+        of, count, pair, pairs, halves = (np.array(arrays[f"faces_{k}_{name}"]) for name in Faces._fields)
+        _require_indices(count, (1,), 0)
+        count = int(count[0])
+    elif f"merged_{k}" in arrays:  # of files without pairs: (f,) the face that each was merged into
+        of, merged = np.array(arrays[f"faces_{k}"]), np.array(arrays[f"merged_{k}"])
+        count = len(merged)
+        _require_indices(merged, (count,), 0, count)
+        _require_indices(of, (size,), 0, count)
+        second = np.flatnonzero(merged != np.arange(count))
+        pairs, halves = np.stack([merged[second], second], axis=1), np.full((len(second), 3, 3), np.nan)
+        pair = np.full(count, -1)
+        pair[merged[second]] = np.arange(len(second))
+        pair = pair[of]
+    else:
         return None
-    if of.shape != (size,) or merged.ndim != 1:
+    _require_indices(of, (size,), 0, count)
+    _require_indices(pair, (size,), -1, len(pairs))
+    _require_indices(pairs, (len(pairs), 2), 0, count)
+    if halves.shape != (len(pairs), 3, 3) or halves.dtype.kind != "f":
+        raise ValueError("faces: of another number of pairs")
+    return Faces(of, count, pair, pairs, halves)
+
+
+def _require_indices(indices, shape, low, end=np.inf):
+    if indices.shape != shape:
         raise ValueError("faces: of another number of surfels")
-    for indices in (of, merged):
-        if indices.dtype.kind not in "iu":
-            raise ValueError("faces: wanted whole numbers")
-        if len(indices):
-            check.in_range("faces", indices, 0, len(merged) - 1)
-    return Faces(np.array(of), np.array(merged))
+    if indices.dtype.kind not in "iu":
+        raise ValueError("faces: wanted whole numbers")
+    if indices.size:
+        check.in_range("faces", indices, low, end, high_open=True)
 
 
 def _light(values, image):

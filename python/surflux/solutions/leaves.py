@@ -30,13 +30,13 @@ def means_of_parents(parents, areas, values):
 def means_of_faces(solution, values, index, faces):
     """(f, 3) means by area of values (n, 3) at the leaves of one object, over the faces of its mesh; NaN of none.
 
-    faces: geometry.mesh_surfels.Faces of the object.
+    faces: geometry.faces.Faces of the object. Of a leaf that lies in two of them each has the area in it.
     """
     leaves = np.flatnonzero(solution.objects == index)
     first = sum(len(s) for s in solution._scene.objects[:index])
-    count = len(faces.merged)
-    face, weight = faces.of[solution.parents[leaves] - first], solution.surfels.areas[leaves]
-    area = np.bincount(face, weight, count)[:, None]
-    sums = np.stack([np.bincount(face, weight * column, count) for column in values[leaves].T], axis=1)
-    means = np.divide(sums, area, out=np.full((count, 3), np.nan), where=area > 0)
-    return np.where(area > 0, means, means[faces.merged])
+    surfels, values = solution.surfels[leaves], values[leaves]
+    leaf, face, share = faces.taken(solution.parents[leaves] - first).shares(surfels)
+    weight = share * surfels.areas[leaf]
+    area = np.bincount(face, weight, faces.count)[:, None]
+    sums = np.stack([np.bincount(face, weight * column, faces.count) for column in values[leaf].T], axis=1)
+    return np.divide(sums, area, out=np.full((faces.count, 3), np.nan), where=area > 0)

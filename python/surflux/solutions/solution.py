@@ -314,8 +314,9 @@ class Solution:
             object: index of it in scene.objects, made by Surfels.from_mesh.
 
         Returns:
-            (f, 3): means by area over the patches of each face, with those behind it (two_sided); NaN of one that has
-            none, for it has no area or was not among the surfels.
+            (f, 3): means by area over the patches of each face, with those behind it (two_sided); of patches that two
+            coplanar triangles share each has the part in it. NaN of one that has none, for it has no area or was not
+            among the surfels.
 
         Raises:
             ValueError: another name; an object that is not there, or not of a mesh; a solution from a file.

@@ -73,7 +73,7 @@ class PolyDataAccessor:
         data = self._dataset
         data = data.triangulate() if data.n_strips else data.copy()
         faces = data.GetNumberOfPolys()
-        if faces and (surfels._faces is None or len(surfels._faces.merged) != faces):
+        if faces and (surfels._faces is None or surfels._faces.count != faces):
             raise ValueError(f"surfels: wanted those of the dataset's {check.counted(faces, 'face')}")
         if not faces and len(surfels) != data.n_points:
             many = check.counted(data.n_points, "point")

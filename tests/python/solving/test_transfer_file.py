@@ -29,7 +29,7 @@ def furnished():
         0.3 * unit.points + [0.9, 0.8, 0.4], unit.normals, reflectance=colors, emission=0.01, specular=0.1, exponent=50
     )
     square = np.array([[0.2, 0.2, 0.8], [0.6, 0.2, 0.8], [0.6, 0.6, 0.8], [0.2, 0.6, 0.8]])
-    sheet = sf.Surfels.from_mesh((square, [[0, 1, 2, 3]]), 0.02, 0.6, two_sided=True)
+    sheet = sf.Surfels.from_mesh((square, [[0, 1, 2], [0, 2, 3]]), 0.02, 0.6, two_sided=True)
     paint = sf.Surfels.from_mesh((square * [1, 1, 0], [[0, 1, 2, 3]]), 0.02, 0.2)
     return sf.Scene(
         [room, ball, sheet, paint],
@@ -152,6 +152,26 @@ def test_the_scene_is_whole(transfer, saved):
     np.testing.assert_array_equal(solved[0], solved[2])
     faces = [t.relight(LAMPS[0]).per_face("irradiance", 2) for t in (transfer, sf.load_transfer(saved))]
     np.testing.assert_array_equal(*faces)
+    assert abs(faces[0][0] - faces[0][1]).max() > 0.01 * faces[0].max()
+
+
+def test_files_that_do_not_tell_triangles_of_a_pair_apart(tmp_path):
+    """As they were: the first face of a pair has all of its patches, and both have the mean over these."""
+    sheet = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]), 0.02)
+    transfer = sf.precompute_transfer(sf.Scene([sheet]), levels=1)
+    lamp = sf.PointLight([0.9, 0.1, 0.2], 1.0)
+    path = transfer.save(tmp_path / "floor.transfer")
+    about, arrays = read_arrays(path, *KIND, "transfer")
+    arrays = {name: np.array(values) for name, values in arrays.items() if not name.startswith("scene/faces_")}
+    merged = {"scene/faces_0": np.zeros(len(sheet), np.int64), "scene/merged_0": np.zeros(2, np.int64)}
+    write_arrays(path, *KIND, about, arrays | merged)
+    solution = sf.load_transfer(path).relight(lamp)
+    mean = np.average(solution.irradiance, axis=0, weights=solution.surfels.areas)
+    np.testing.assert_allclose(solution.per_face(), [mean, mean], rtol=1e-12)
+    for wrong in (np.full(2, 2), np.zeros((2, 1), int), np.zeros(2)):
+        write_arrays(path, *KIND, about, arrays | merged | {"scene/merged_0": wrong})
+        with pytest.raises(sf.FileError, match="its transfer is damaged"):
+            sf.load_transfer(path)
 
 
 def test_lights_of_negative_pixels_are_kept(tmp_path):
@@ -281,7 +301,7 @@ def test_no_array_makes_it_crash(transfer, saved, how):
         except sf.FileError as fault:
             refused[name] = str(fault)
     assert all("its transfer is damaged (" in said for said in refused.values())
-    loose = ("scene/light_", "scene/faces_", "scene/merged_")  # of any kind of numbers, and pictures of any size
+    loose = ("scene/light_", "scene/faces_")  # of any kind of numbers, and pictures of any size
     wrong = {
         "largest": {"local/links", "local/rows", "local/leaves", "scene/radii", "scene/triangle_surfel"},
         "none": {"local/rows", "local/nodes", "local/at_surfels", "local/positions", "scene/radii", "scene/object"},
