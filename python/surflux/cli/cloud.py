@@ -13,6 +13,7 @@ from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, watched
 from surflux.cli.pictures import camera_of
 from surflux.pictures.framing import framing
+from surflux.pictures.inside import camera_inside, lies_around
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.depth_steps import without_steps
@@ -159,10 +160,10 @@ def exposed(surfels):
     return surfels if factor == 1.0 else surfels.replace(reflectance=exposed_by(factor, rho))
 
 
-def camera_of_cloud(options, surfels):
+def camera_of_cloud(options, surfels, scanner=None):
     """The camera of the picture; what is up, where nobody says it, is that of a depth camera, of a statue, or z.
 
-    Terrain is seen from the south, as a map has it.
+    Terrain is seen from the south, as a map has it; what lies all around its scanner (3,), as a room does, from there.
     """
     if options.up is None:
         kind = layer_of(surfels.points)
@@ -178,6 +179,11 @@ def camera_of_cloud(options, surfels):
             LOG.info("z is taken for up (--up 0,1,0 for y)")
         if kind == "terrain":
             return camera_of(options, surfels, framing(surfels, options.size, direction=_NORTH))
+        scanner = np.zeros(3) if kind == "turn" else scanner
+    scanner = scanner if options.viewpoint is None else np.asarray(options.viewpoint)
+    if scanner is not None and options.eye is None and options.target is None and lies_around(surfels.points, scanner):
+        LOG.info("the picture is seen from the scanner's place, for the points lie around it (--eye)")
+        return camera_of(options, surfels, camera_inside(surfels.points, scanner, options.up or (0.0, 0.0, 1.0)))
     return camera_of(options, surfels, None)
 
 

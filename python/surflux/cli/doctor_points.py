@@ -170,7 +170,7 @@ def _solved(options, scan, facts, limit, solve_options):
         surfels = Cloud(given, scan).surfels if is_cloud(options.input) else patches_of_file(given)
     except (sf.FileError, ValueError) as error:
         return {"solve": {"refused": str(error), "surfels": 0}, "next": "see help(surflux.read) for what it takes"}
-    camera = camera_of_cloud(given, surfels)
+    camera = camera_of_cloud(given, surfels, scan.viewpoint)
     lights_of_cloud(given, surfels, camera)
     grey = facts["colors"] is None or facts["colors"]["largest"] == 0
     intensity = scan.attributes.get("intensity")

@@ -167,7 +167,7 @@ def _scene_to_solve(options, kind):
         take_up(options)
     cloud = Cloud(options) if kind == "cloud" else None
     surfels = cloud.surfels if cloud else (patches_of_mesh if kind == "mesh" else patches_of_file)(options)
-    camera = camera_of_cloud(options, surfels)
+    camera = camera_of_cloud(options, surfels, cloud.scan.viewpoint if cloud else None)
     objects = [surfels]
     if options.ground:  # which faces of a mesh may stand on, or stick into
         objects = sf.divide_patches([surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))])
