@@ -114,7 +114,7 @@ private:
                 const double further = 1.0 - 1.0 * few / most;
                 group.forget();
                 take_facets(g, place, agree ? options_.rays : most, group);
-                share += scale * further * (group.share() - probed);
+                if (group.lit + group.blocked > 0) share += scale * further * (group.share() - probed);
             }
             for (int c = 0; c < 3; ++c) out[c] += std::max(0.0, share[c]) * all[c];
         }
@@ -144,18 +144,39 @@ private:
                 sum += here, squares += here * here;
             }
         };
-        take(is_patch ? few : 1);
+        take(is_patch ? is_cut_by_horizon(g, place) ? many : few : 1);
         const auto varies = [&](double by) { return taken * squares > (1.0 + by * by) * sum * sum; };
         if (varies(some)) take(more);
         if (varies(much)) take(many);
         Rgb all;
+        for (const Rgb& brings : of_facets_) all += brings / taken;
+        all_ = all;
         up_to_.clear();
         for (const Rgb& brings : of_facets_) {
-            all += brings / taken;
-            up_to_.push_back((up_to_.empty() ? 0.0 : up_to_.back()) + brightness(brings));
+            up_to_.push_back((up_to_.empty() ? 0.0 : up_to_.back()) + share_of_all(brings));
         }
         for (double& up_to : up_to_) up_to /= up_to_.back();
         return all;
+    }
+
+    // Do some corners of a patch see something of the facets, and others nothing?
+    bool is_cut_by_horizon(int g, const Place& place) const {
+        int seeing = 0;
+        for (int corner = 0; corner < 4; ++corner) {
+            const Vec3 at = points_.at(place, corner % 2, corner / 2);
+            bool sees = false;
+            for (std::uint32_t f = facets_->first_of(g); f < facets_->end_of(g) && !sees; ++f)
+                sees = brightness(facets_->irradiance(f, at, place.normal)) > 0.0;
+            seeing += sees;
+        }
+        return seeing > 0 && seeing < 4;
+    }
+
+    // Each channel counts alike, however dim: its light is what samples say of it.
+    double share_of_all(const Rgb& brings) const {
+        double sum = 0.0;
+        for (int c = 0; c < 3; ++c) sum += all_[c] > 0.0 ? brings[c] / all_[c] : 0.0;
+        return sum;
     }
 
     struct Sum {
@@ -164,9 +185,9 @@ private:
     };
     struct Group : Sum {
         int lit = 0, blocked = 0;
-        double weight = 0.0;  // of what samples would bring but for what blocks them
-        Rgb passed, sent;     // of samples of facets, that arrive and of all
-        double squares = 0.0;
+        double weight = 0.0;   // of what samples would bring but for what blocks them
+        Rgb passed, sent;      // of samples of facets, that arrive and of all
+        double squares = 0.0;  // of their weights
         std::optional<EvenPoints> even;
         std::optional<Random> random;
         void begin(std::uint64_t seed, std::uint64_t stream) {
@@ -177,15 +198,13 @@ private:
         // By channel, for facets have colours of their own.
         Rgb share() const {
             Rgb out;
-            for (int c = 0; c < 3; ++c) out[c] = sent[c] > 0.0 ? passed[c] / sent[c] : 0.0;
+            for (int c = 0; c < 3; ++c)
+                out[c] = sent[c] > 0.0 ? passed[c] / sent[c] : static_cast<double>(lit) / (lit + blocked);
             return out;
         }
         // Are samples worth less than half as many of one weight (Kish's effective sample size)?
-        bool is_uneven() const {
-            const double all = brightness(sent);
-            return 2.0 * all * all < static_cast<double>(taken) * squares;
-        }
-        void forget() { passed = sent = {}, squares = 0.0, taken = 0; }
+        bool is_uneven() const { return 2.0 * weight * weight < static_cast<double>(taken) * squares; }
+        void forget() { passed = sent = {}, weight = squares = 0.0, lit = blocked = taken = 0; }
     };
 
     // Of all rays, by powers of 2, which are the evenest.
@@ -265,7 +284,9 @@ private:
         for (std::size_t r = 0; r < whole_.size(); ++r) {
             (arrives[r] ? group.lit : group.blocked) += 1;
             group.sent += whole_[r];
-            group.squares += brightness(whole_[r]) * brightness(whole_[r]);
+            const double weight = share_of_all(whole_[r]);
+            group.weight += weight;
+            group.squares += weight * weight;
             if (arrives[r]) group.passed += whole_[r];
         }
     }
@@ -284,8 +305,9 @@ private:
     LightRays light_;
     std::vector<Rgb> gain_;
     std::vector<Rgb> of_facets_;  // of a group: what each brings, summed over points of a place
-    std::vector<double> up_to_;   // the share of that, up to and with each
-    std::vector<Rgb> whole_;      // what samples of facets bring
+    Rgb all_;
+    std::vector<double> up_to_;  // the share of that, up to and with each
+    std::vector<Rgb> whole_;     // what samples of facets bring
     std::vector<Hit> hits_;
 };
 

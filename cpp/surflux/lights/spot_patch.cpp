@@ -13,6 +13,7 @@ namespace {
 
 constexpr double precision = 1e-9;  // of the power, that the rule brings
 constexpr double small = 1e-5;      // of the power, what a triangle has at most that is too small for that
+constexpr double far = 0.01;        // of its distance, what the longest side of such a triangle has at most
 constexpr int rows = 16;            // of the parts of such a triangle, where the penumbra is no wider
 constexpr int order = 8;            // of the rule along a piece of an edge
 constexpr int sides = 16;           // of the pyramid: 1.3 % larger than the cone
@@ -84,12 +85,13 @@ double around_edges(const Polygon& polygon, const double (&kinks)[2], const With
     return std::abs(sum);
 }
 
-// Of a triangle that is small as the light sees it: the mean share over it. A penumbra that is far wider has a share
-// that the middles of its edges tell.
+double longest_side(const Triangle& t) { return std::max({length(t.b - t.a), length(t.c - t.a), length(t.c - t.b)}); }
+
+// The mean share over a triangle that is far off beside its size. A penumbra that is far wider has a share that the
+// middles of its edges tell.
 double mean_share(const Vec3& light, const SpotCone& cone, const Triangle& t) {
     const Vec3 a = t.a - light, b = t.b - light, c = t.c - light;
-    const double longest = std::max({length(b - a), length(c - a), length(c - b)});
-    if (longest < 0.01 * (cone.outer() - cone.inner()) * length(a))
+    if (longest_side(t) < 0.01 * (cone.outer() - cone.inner()) * length(a))
         return (cone.share(a + b) + cone.share(b + c) + cone.share(c + a)) / 3.0;
     double sum = 0.0;
     for (int i = 0; i < rows; ++i)
@@ -117,7 +119,8 @@ double spot_power(const Vec3& light, const SpotCone& cone, const Triangle& trian
         if (reach < distance && cone.angle(center) - std::asin(reach / distance) >= cone.outer()) return 0.0;
     }
     const double all = cone.within(pi), seen = solid_angle(light, triangle);
-    if (seen < small * all) return seen * mean_share(light, cone, triangle);
+    if (seen < small * all && longest_side(triangle) < far * length(triangle.a - light))
+        return seen * mean_share(light, cone, triangle);
     const Frame frame = frame_around(cone.axis());
     Polygon whole;
     for (const Vec3* corner : {&triangle.a, &triangle.b, &triangle.c}) {

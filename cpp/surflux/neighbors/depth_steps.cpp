@@ -40,22 +40,27 @@ struct Shift {
 class Picture {
 public:
     Picture(const std::vector<Vec3>& points, double step) : pixels_(points.size()) {
-        high_ = {-infinite, -infinite}, low_ = {infinite, infinite};
+        std::array<std::vector<double>, 2> along;
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3& p = points[i];
             const double depth = std::abs(p.z), at[2] = {p.x / depth, p.y / depth};
             pixels_[i] = {static_cast<float>(at[0]), static_cast<float>(at[1]),
                           static_cast<float>(1.0 / (depth * step))};
             measured_.push_back(pixels_[i].disparity);
-            for (std::size_t axis = 0; axis < 2; ++axis) {
-                low_[axis] = std::min(low_[axis], at[axis]);
-                high_[axis] = std::max(high_[axis], at[axis]);
-            }
+            for (std::size_t axis = 0; axis < 2; ++axis) along[axis].push_back(at[axis]);
+        }
+        // What strays far off the picture has no say in its pixels.
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const double low = quantile(along[axis], beyond), high = quantile(along[axis], 1.0 - beyond);
+            low_[axis] = low - margin * (high - low);
+            high_[axis] = high + margin * (high - low);
         }
         const auto count = static_cast<double>(points.size());
         side_ = std::sqrt(std::max(1e-300, (high_[0] - low_[0]) * (high_[1] - low_[1]) / count));
         // Where the picture has holes, pixels stand closer than they do on average.
-        side_ *= std::sqrt(static_cast<double>(count_cells()) / count);
+        const double least = side_ / 4.0;
+        for (int round = 0; round < 3; ++round)
+            side_ = std::max(least, side_ * std::sqrt(static_cast<double>(count_cells()) / count));
         count_cells();
         for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
         order_.resize(points.size());
@@ -97,7 +102,12 @@ public:
     }
 
 private:
-    static constexpr double infinite = 1e300;
+    static constexpr double beyond = 0.005, margin = 0.05;
+    static double quantile(std::vector<double>& values, double share) {
+        const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), at, values.end());
+        return *at;
+    }
     static constexpr double most_cells = 1e4;  // along an axis
 
     // How many pixels each cell has, in the place after its own; returns how many cells have some.
@@ -186,7 +196,10 @@ double noise_of(const Picture& picture, std::size_t count) {
         picture.around(i, half_width, {}, near);
         Fit now;
         now.plane.middle = static_cast<double>(picture[i].disparity);
-        if (fit(picture, picture[i], half_width, near, within, now)) found.push_back(now.rms);
+        // Once more without what is far off it, as pixels are that saw nothing.
+        if (fit(picture, picture[i], half_width, near, within, now) &&
+            fit(picture, picture[i], half_width, near, std::max(follows, 2.0 * now.rms), now))
+            found.push_back(now.rms);
     }
     if (found.empty()) return 0.0;
     const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);

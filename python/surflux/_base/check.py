@@ -76,7 +76,7 @@ def _number_of_text(text):
         number = float(text.rstrip("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
         return ""
-    return f"; as a number that is {number:.10g}"
+    return f"; as a number that is {number:.10g}" if np.isfinite(number) else ""
 
 
 def finite_array(name, value, shape):

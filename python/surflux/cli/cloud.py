@@ -165,8 +165,8 @@ def camera_of_cloud(options, surfels, scanner=None):
 
     Terrain is seen from the south, as a map has it; what lies all around its scanner (3,), as a room does, from there.
     """
+    kind = layer_of(surfels.points)
     if options.up is None:
-        kind = layer_of(surfels.points)
         if kind == "frame" and np.mean(np.sum(surfels.points * surfels.normals, axis=1) < 0.0) < 0.5:
             kind = None  # of what shows the origin its backs no camera there saw anything
         if kind == "frame":
@@ -179,7 +179,7 @@ def camera_of_cloud(options, surfels, scanner=None):
             LOG.info("z is taken for up (--up 0,1,0 for y)")
         if kind == "terrain":
             return camera_of(options, surfels, framing(surfels, options.size, direction=_NORTH))
-        scanner = np.zeros(3) if kind == "turn" else scanner
+    scanner = np.zeros(3) if kind == "turn" else scanner
     scanner = scanner if options.viewpoint is None else np.asarray(options.viewpoint)
     if scanner is not None and options.eye is None and options.target is None and lies_around(surfels.points, scanner):
         LOG.info("the picture is seen from the scanner's place, for the points lie around it (--eye)")

@@ -7,7 +7,7 @@ from surflux._base import check
 from surflux._base.passes import LOG, stage
 from surflux.points.layers import layer_of
 
-_POINTS, _LEVELS = 64, 8  # points of one depth at least, on average, and depths
+_POINTS, _LEVELS = 64, 16  # points of one depth at least, on average, and depths
 _ALIKE = 1.6  # times or so much less than the median half of the steps of 1 / |z| may be
 
 

@@ -77,7 +77,7 @@ class Scan:
                 "reflectance", check.all_finite("reflectance", own["reflectance"]), 0, 1
             )
         viewpoints = check.numeric("viewpoints", self.viewpoints)
-        k = len(viewpoints) if viewpoints.ndim else 1
+        k = len(viewpoints) if viewpoints.ndim > 1 else 1
         own["viewpoints"] = check.rows("viewpoints", viewpoints, k, 3) if viewpoints.size else _NOWHERE
         for name, values in own.items():
             object.__setattr__(self, name, np.asarray(values, np.float64))

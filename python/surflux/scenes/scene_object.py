@@ -30,7 +30,7 @@ _KEYS += ("reflectance", "emission", "specular", "exponent")
 _KIND_OF = {"patch_area": "mesh", "points": "surfels"}  # keys that go with one kind alone, but for points of a sphere
 _OF_CLOUDS = {
     "viewpoint": "whose estimated normals turn towards it",
-    "clean": "of which isolated and repeated ones are left out",
+    "clean": "of which isolated and repeated ones are left out, and steps taken off the depth of a camera",
 }
 
 

@@ -38,6 +38,30 @@ def test_walls_are_planes_again(seed):
     assert turned(found.points) < 0.4 * turned(points)
 
 
+@pytest.mark.parametrize("share", [0.02, 0.05])
+def test_flying_pixels_are_left_out_and_change_nothing_else(share):
+    """They doubled what was taken for noise, by which all is measured: all were moved to walls, and bars with them."""
+    d = rays(320, 240)
+    bar = np.abs(d[:, 0] - 0.2) < 3.5 / 320
+    disparity = 0.35 + 0.1 * d[:, 0] + 0.05 * d[:, 1] + 8 * STEP * bar
+    steps = np.round(disparity / STEP)
+    rng = np.random.default_rng(0)
+    flying = rng.random(len(d)) < share
+    steps[flying] -= rng.integers(10, 20, np.count_nonzero(flying))
+    found = sf.Scan(d / (STEP * steps)[:, None], attributes={"label": np.arange(len(d))}).without_depth_steps()
+    kept = found.attributes["label"]
+    assert np.mean(flying[kept]) < 0.2 * share
+    right = ~flying[kept]
+    assert np.count_nonzero(right) > 0.999 * np.count_nonzero(~flying)
+    assert off(found.points[right], disparity[kept][right]) < 0.1
+
+
+def test_a_stray_far_off_the_picture_changes_nothing():
+    points, disparity = room()
+    found = sf.Scan(np.vstack([points, [[5.0, 5.0, 0.005]]])).without_depth_steps()
+    assert off(found.points[:-1], disparity) < 0.5 * off(points, disparity)
+
+
 def turned(points):
     """The share of the estimated normals of the left wall that are more than 10 degrees off."""
     left = points[:, 0] < -0.3 * points[:, 2]

@@ -148,6 +148,18 @@ def test_small_patches_in_the_penumbra_of_a_far_spot_are_lit(cone, penumbra, ang
     assert found == pytest.approx(x * x * (3.0 - 2.0 * x), rel=2e-3)
 
 
+@pytest.mark.parametrize(("cone", "penumbra"), [(60, 20), (120, 60), (200, 60)])
+@pytest.mark.parametrize("width", [1e-4, 1e-6])
+def test_slivers_under_a_spot_are_lit_along_their_length(cone, penumbra, width):
+    """What is small as the light sees it may still be long: a mean by area was a quarter of its light."""
+    strip = patch([-5, 0, 0], 10 * X, width * Y, 0.0, 0.0, 1e9)
+    spot = sf.SpotLight([0, 0, 1], [0, 0, -1], 1.0, cone=cone, penumbra=penumbra)
+    at = (np.arange(200_000) + 0.5) / 200_000 * 10 - 5
+    x = np.clip((cone / 2 - np.degrees(np.arctan(np.abs(at)))) / (penumbra / 2), 0.0, 1.0)
+    true = np.mean(x * x * (3.0 - 2.0 * x) / (1.0 + at * at) ** 1.5)
+    assert sf.solve(sf.Scene([strip], [spot])).direct[0, 0] == pytest.approx(true, rel=1e-4)
+
+
 def test_a_narrow_spot_at_points_is_exact():
     ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
     scene = sf.Scene([ground], [sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.0)])
