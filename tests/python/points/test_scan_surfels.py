@@ -90,7 +90,7 @@ def test_what_is_wrong_is_still_refused(value):
             {"points": [[0, 0, 0]], "attributes": None},
             "attributes: wanted a dict of arrays by their names, got NoneType",
         ),
-        ({"points": [[0, 0, 0]], "viewpoints": [1, 2]}, r"viewpoints: wanted shape \(2, 3\), got \(2,\)"),
+        ({"points": [[0, 0, 0]], "viewpoints": [1, 2]}, r"viewpoints: wanted shape \(1, 3\), got \(2,\)"),
     ],
 )
 def test_a_scan_of_arrays_that_do_not_fit_is_refused(given, message):
