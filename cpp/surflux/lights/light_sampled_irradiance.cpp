@@ -148,15 +148,14 @@ private:
         const auto varies = [&](double by) { return taken * squares > (1.0 + by * by) * sum * sum; };
         if (varies(some)) take(more);
         if (varies(much)) take(many);
-        Rgb all;
-        for (const Rgb& brings : of_facets_) all += brings / taken;
-        all_ = all;
+        all_ = {};
+        for (const Rgb& brings : of_facets_) all_ += brings / taken;
         up_to_.clear();
         for (const Rgb& brings : of_facets_) {
             up_to_.push_back((up_to_.empty() ? 0.0 : up_to_.back()) + share_of_all(brings));
         }
         for (double& up_to : up_to_) up_to /= up_to_.back();
-        return all;
+        return all_;
     }
 
     // Do some corners of a patch see something of the facets, and others nothing?
@@ -305,9 +304,9 @@ private:
     LightRays light_;
     std::vector<Rgb> gain_;
     std::vector<Rgb> of_facets_;  // of a group: what each brings, summed over points of a place
-    Rgb all_;
-    std::vector<double> up_to_;  // the share of that, up to and with each
-    std::vector<Rgb> whole_;     // what samples of facets bring
+    Rgb all_;                     // the same of all of them, the mean
+    std::vector<double> up_to_;   // the share of that, up to and with each
+    std::vector<Rgb> whole_;      // what samples of facets bring
     std::vector<Hit> hits_;
 };
 

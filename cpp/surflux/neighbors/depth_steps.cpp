@@ -225,13 +225,14 @@ public:
         if (of_most(i, found)) return {found.plane.middle};
         Smoothed out{static_cast<double>(from.disparity)};
         bool any = false;
-        double least = -1e300, most = 1e300;
+        double low = -1e300, high = 1e300;
         for (const int half_width : half_widths) {
             picture_.around(i, half_width, {}, near_);
             if (half_width == half_widths[0] && is_alone(from)) return {picture_.measured(i), true};
             const std::size_t pixels = near_.size();
             Fit now;
-            bool fits = follow(from, half_width, any ? &found.plane : nullptr, now);
+            bool fits = any ? follow(from, half_width, found.plane, least(), least(), now)
+                            : follow_pixel(from, half_width, now);
             if (!any && (!fits || now.rms > bent * scale_)) {
                 Fit aside;
                 if (follow_aside(i, half_width, aside) && (!fits || aside.rms < now.rms)) now = aside, fits = true;
@@ -239,8 +240,8 @@ public:
             fits = fits && now.rms <= flat * scale_ && now.share >= some && moves(i, now) <= follows;
             if (fits) {
                 const double by = scale_ * uncertainty(half_width, now, pixels);
-                least = std::max(least, now.plane.middle - by), most = std::min(most, now.plane.middle + by);
-                fits = least <= most;
+                low = std::max(low, now.plane.middle - by), high = std::min(high, now.plane.middle + by);
+                fits = low <= high;
             }
             if (!fits && any) break;
             if (!fits) continue;
@@ -252,6 +253,7 @@ public:
     }
 
 private:
+    double least() const { return follows * scale_; }
     double moves(std::size_t i, const Fit& to) const { return std::abs(to.plane.middle - picture_.measured(i)); }
 
     // Is hardly any pixel at all about the depth of this one?
@@ -270,20 +272,23 @@ private:
         const auto middle = near_.begin() + static_cast<std::ptrdiff_t>(near_.size() / 2);
         std::nth_element(near_.begin(), middle, near_.end(),
                          [](const Pixel& a, const Pixel& b) { return a.disparity < b.disparity; });
-        out.plane = {0.0, 0.0, static_cast<double>(middle->disparity)};
-        for (double within = level_follows; within >= follows; within /= 2.0)
-            if (!fit(picture_, picture_[i], majority_half_width, near_, within, out)) return false;
+        const Plane level{0.0, 0.0, static_cast<double>(middle->disparity)};
+        if (!follow(picture_[i], majority_half_width, level, level_follows, follows, out)) return false;
         return out.share >= majority && out.rms <= flat && moves(i, out) > follows && moves(i, out) <= level_follows;
     }
 
-    // The plane of the window that follows a known one, or the pixel itself.
-    bool follow(const Pixel& from, int half_width, const Plane* known, Fit& out) const {
-        out.plane = known ? *known : Plane{0.0, 0.0, static_cast<double>(from.disparity)};
-        const double least = follows * scale_;
-        for (double within = known ? least : level_follows;; within /= 2.0) {
+    // The plane of the window near another one: of what is within `within` of it at first, and of less and less.
+    bool follow(const Pixel& from, int half_width, const Plane& near, double within, double least, Fit& out) const {
+        out.plane = near;
+        for (;; within /= 2.0) {
             if (!fit(picture_, from, half_width, near_, std::max(within, least), out)) return false;
             if (within <= least) return true;
         }
+    }
+
+    // The same near the level plane that goes through the pixel.
+    bool follow_pixel(const Pixel& from, int half_width, Fit& out) const {
+        return follow(from, half_width, {0.0, 0.0, static_cast<double>(from.disparity)}, level_follows, least(), out);
     }
 
     // Beside creases and borders a window to one side of the pixel knows better (Kuwahara and others 1976).
@@ -293,7 +298,7 @@ private:
             if (k == 4) continue;
             picture_.around(i, half_width, {(k % 3 - 1) * (half_width - 1), (k / 3 - 1) * (half_width - 1)}, near_);
             Fit now;
-            if (!follow(picture_[i], half_width, nullptr, now) || moves(i, now) > 1.0) continue;
+            if (!follow_pixel(picture_[i], half_width, now) || moves(i, now) > 1.0) continue;
             if (any && now.rms >= best.rms) continue;
             best = now;
             any = true;
