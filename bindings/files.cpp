@@ -12,9 +12,14 @@ namespace surflux::bindings {
 
 namespace {
 
-// Files hold bytes; what is not UTF-8 shows as a replacement character instead of failing.
+// Files hold bytes: UTF-8, or else Latin-1, which any bytes are.
 py::str to_text(const std::string& bytes) {
-    PyObject* text = PyUnicode_DecodeUTF8(bytes.data(), static_cast<py::ssize_t>(bytes.size()), "replace");
+    const auto size = static_cast<py::ssize_t>(bytes.size());
+    PyObject* text = PyUnicode_DecodeUTF8(bytes.data(), size, "strict");
+    if (!text) {
+        PyErr_Clear();
+        text = PyUnicode_DecodeLatin1(bytes.data(), size, "strict");
+    }
     if (!text) throw py::error_already_set();
     return py::reinterpret_steal<py::str>(text);
 }

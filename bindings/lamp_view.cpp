@@ -55,6 +55,21 @@ py::dict frame(const LampView& view, const std::vector<Light>& lights, const py:
     return out;
 }
 
+// "index" (-1 where nothing is), "depth" and "position" of subpixels.
+py::dict seen(const LampView& view) {
+    const PixelPlaces& places = view.places();
+    const std::size_t width = places.rays.width, height = places.rays.height;
+    std::vector<std::int32_t> index(places.size(), -1);
+    std::vector<Vec3> positions(places.size());
+    for (std::size_t p = 0; p < places.size(); ++p)
+        if (places.is_seen(p)) index[p] = static_cast<std::int32_t>(places.surfel[p]), positions[p] = places.place(p);
+    py::dict out;
+    out["index"] = to_pixels(index, height, width, 1);
+    out["depth"] = to_pixels(places.depth, height, width, 1);
+    out["position"] = to_array(positions).attr("reshape")(height, width, 3);
+    return out;
+}
+
 py::dict surfaces(const LampView& view, const std::vector<Light>& lights, const py::object& reflectance) {
     const std::vector<Rgb> own = to_reflectance(reflectance);
     const LampSurfaces found = without_gil([&] { return view.surfaces(lights, own); });
@@ -76,6 +91,13 @@ void bind_lamp_view(py::module_& module) {
              py::arg("height"), py::arg("samples"), py::arg("culling"), py::arg("shadow_cell"), py::keep_alive<1, 2>())
         .def("frame", &frame, py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("relight_rays"),
              py::arg("penumbra_rays"), py::arg("parts"), py::arg("seed"))
+        .def("seen", &seen)
+        .def(
+            "paint",
+            [](LampView& view, const py::array_t<char, py::array::c_style | py::array::forcecast>& painted,
+               const Floats& reflectance,
+               const Floats& emission) { view.paint(to_vector(painted), to_vector(reflectance), to_vector(emission)); },
+            py::arg("painted"), py::arg("reflectance"), py::arg("emission"))
         .def("surfaces", &surfaces, py::arg("lights"), py::arg("reflectance"))
         .def_property_readonly("bytes", &LampView::bytes)
         .def_property_readonly("timings", [](const LampView& view) { return to_dict(view.timings()); });

@@ -2,9 +2,11 @@
 #include "pictures.h"
 #include "rooms.h"
 
+#include "surflux/core/parallel.h"
 #include "surflux/gl/context.h"
 #include "surflux/render/environment_image.h"
 #include "surflux/render/flat_image.h"
+#include "surflux/render/mip_map.h"
 #include "surflux/render/seen_places.h"
 #include "surflux/render/splat.h"
 
@@ -67,6 +69,28 @@ py::array draw_flat(const FlatImage& image, const Doubles& values, const Doubles
     return to_pixels(picture, image.height(), image.width(), 3);
 }
 
+MipMap make_mip_map(const Floats& texels) {
+    require(texels.ndim() == 3, "texels: wanted shape (h, w, c)");
+    const auto size = [&](int axis) { return static_cast<std::size_t>(texels.shape(axis)); };
+    std::vector<float> values = to_vector(texels);
+    return without_gil([&] { return MipMap(std::move(values), size(1), size(0), size(2)); });
+}
+
+// (n, channels): means around places (n, 2) over parallelograms of sides (n, 2, 2); all finite.
+py::array means_of_texels(const MipMap& texture, const Doubles& places, const Doubles& sides) {
+    const auto n = static_cast<std::size_t>(places.size() / 2), channels = texture.channels();
+    require(places.size() % 2 == 0 && sides.size() == 2 * places.size(), "sides: wanted two for each place");
+    const double *at = places.data(), *by = sides.data();
+    std::vector<double> out(n * channels);
+    without_gil([&] {
+        parallel_for(n, 1024, [&](std::size_t k) {
+            const double *place = at + 2 * k, *side = by + 4 * k;
+            texture.mean({place[0], place[1]}, {side[0], side[1]}, {side[2], side[3]}, &out[k * channels]);
+        });
+    });
+    return to_pixels(out, n, channels, 1);
+}
+
 // (height, width, 3): what Environments add to a picture, by what it covers.
 py::array draw_environments(const std::vector<Light>& environments, const CameraArrays& camera, const Floats& coverage,
                             int samples) {
@@ -117,6 +141,10 @@ void bind_render(py::module_& module) {
             "coverage",
             [](const FlatImage& image) { return to_pixels(image.coverage(), image.height(), image.width(), 1); })
         .def("draw", &draw_flat, py::arg("values"), py::arg("emitters"));
+    py::class_<MipMap>(module, "MipMap")
+        .def(py::init(&make_mip_map), py::arg("texels"))
+        .def_property_readonly("bytes", &MipMap::bytes)
+        .def("means", &means_of_texels, py::arg("places"), py::arg("sides"));
     module.def("environment_image", &draw_environments, py::arg("environments"), py::arg("camera"), py::arg("coverage"),
                py::arg("samples"));
     module.def("gl_info", &gl_info);

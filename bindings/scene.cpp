@@ -2,8 +2,10 @@
 #include "rooms.h"
 
 #include "surflux/area/compile_scene.h"
+#include "surflux/core/parallel.h"
 #include "surflux/lights/environment.h"
 #include "surflux/scene/divided_patches.h"
+#include "surflux/scene/polygon_values.h"
 #include "surflux/trace/compiled_scene.h"
 
 namespace surflux::bindings {
@@ -67,6 +69,38 @@ py::array_t<double> triangles_of(const Surfels& s) {
 py::array_t<std::uint32_t> triangle_surfels_of(const Surfels& s) {
     py::array_t<std::uint32_t> out(static_cast<py::ssize_t>(s.triangles.size()));
     for (std::size_t t = 0; t < s.triangles.size(); ++t) out.mutable_data()[t] = s.triangles[t].surfel;
+    return out;
+}
+
+using Integers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+// (t, ..., d): of values (k, d) at the corners of polygons, at points (t, ..., 3) of polygons (t,). Corners are those
+// of a mesh that has been checked.
+py::array_t<double> polygon_values(const Doubles& vertices, const Integers& offsets, const Integers& indices,
+                                   const Doubles& values, const Integers& polygon, const Doubles& points) {
+    const py::ssize_t count = polygon.size(), polygons = offsets.size() - 1;
+    require(polygons >= 0 && values.ndim() == 2 && values.shape(0) == indices.size() &&
+                offsets.data()[polygons] == indices.size(),
+            "values: wanted one for each corner");
+    require(points.ndim() >= 2 && points.shape(0) == count && points.shape(points.ndim() - 1) == 3,
+            "points: wanted shape (t, ..., 3) for t polygons");
+    for (py::ssize_t k = 0; k < count; ++k)
+        require(polygon.data()[k] >= 0 && polygon.data()[k] < polygons, "polygon: wanted one of the mesh");
+    std::vector<py::ssize_t> shape(points.shape(), points.shape() + points.ndim());
+    shape.back() = values.shape(1);
+    py::array_t<double> out(shape);
+    const PolygonValues of{reinterpret_cast<const Vec3*>(vertices.data()), offsets.data(), indices.data(),
+                           values.data(), static_cast<std::size_t>(values.shape(1))};
+    const auto rows = static_cast<std::size_t>(count);
+    const std::size_t each = rows == 0 ? 0 : static_cast<std::size_t>(points.size() / 3) / rows;
+    const auto* at = reinterpret_cast<const Vec3*>(points.data());
+    const std::int64_t* which = polygon.data();
+    double* to = out.mutable_data();
+    without_gil([&] {
+        parallel_for(rows, 1024, [&](std::size_t k) {
+            of.at(static_cast<std::size_t>(which[k]), at + k * each, each, to + k * each * of.width);
+        });
+    });
     return out;
 }
 
@@ -245,12 +279,6 @@ void bind_scene(py::module_& module) {
                                        out.append(py::make_tuple(of.object, of.ratio));
                                    return out;
                                })
-        .def_property_readonly("shut_off",
-                               [](const Coincidence& c) {
-                                   py::list out;
-                                   for (const ShutOff& of : c.shut_off) out.append(py::make_tuple(of.object, of.disks));
-                                   return out;
-                               })
         .def_property_readonly("gaps",
                                [](const Coincidence& c) {
                                    py::list out;
@@ -288,6 +316,8 @@ void bind_scene(py::module_& module) {
             return std::make_pair(std::move(scene), std::move(coincidence));
         },
         py::arg("objects"), py::arg("lights"), py::arg("progress") = py::none());
+    module.def("polygon_values", &polygon_values, py::arg("vertices"), py::arg("offsets"), py::arg("indices"),
+               py::arg("values"), py::arg("polygon"), py::arg("points"));
     // Corners, offsets and patch of the pieces of those patches that walls part.
     module.def(
         "divide_patches",

@@ -71,13 +71,13 @@ py::tuple seen_fronts(const CompiledScene& scene, const Doubles& points, const D
 }
 
 // Sheet of each point or -1, whether it is turned, and of each sheet its kind, whether it is backwards, the shares of
-// surfels against that and of tangled links, and the margin.
+// surfels against that and of tangled links, and the margins of light and of bodies.
 py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesses, std::size_t smallest, int rays,
-                std::size_t most, std::uint64_t seed, const py::object& progress) {
+                std::size_t most, std::uint64_t seed, bool estimated, const py::object& progress) {
     const std::vector<Vec3> points = to_vec3s(at, "points"), normals = to_vec3s(along, "normals");
     require(points.size() == normals.size(), "normals: wanted as many as points");
     FacingOptions options;
-    options.sheets = {smallest, rays, seed, to_vec3s(witnesses, "witnesses")};
+    options.sheets = {smallest, rays, seed, to_vec3s(witnesses, "witnesses"), estimated};
     options.most = most;
     const Progress report = to_progress(progress);
     const Facing found = without_gil([&] { return facing_of(points, normals, options, report); });
@@ -85,13 +85,14 @@ py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesse
     for (std::size_t i = 0; i < sheet.size(); ++i)
         sheet[i] = found.sheet[i] == SheetSides::none ? -1 : std::int64_t{found.sheet[i]};
     std::vector<char> kind, backwards;
-    std::vector<double> against, margin, tangled;
+    std::vector<double> against, margin, tangled, bodies;
     for (const OrientedSheet& s : found.sheets) {
         kind.push_back(static_cast<char>(s.kind));
         backwards.push_back(s.backwards);
         against.push_back(s.against);
         margin.push_back(s.margin);
         tangled.push_back(s.tangled);
+        bodies.push_back(s.bodies);
     }
     py::dict out;
     out["sheet"] = to_array(sheet);
@@ -101,6 +102,7 @@ py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesse
     out["against"] = to_array(against);
     out["tangled"] = to_array(tangled);
     out["margin"] = to_array(margin);
+    out["bodies"] = to_array(bodies);
     return out;
 }
 
@@ -111,7 +113,8 @@ void bind_trace(py::module_& module) {
                py::arg("directions"));
     module.def("seen_fronts", &seen_fronts, py::arg("scene"), py::arg("points"), py::arg("directions"));
     module.def("facing", &facing, py::arg("points"), py::arg("normals"), py::arg("witnesses"), py::arg("smallest"),
-               py::arg("rays"), py::arg("most"), py::arg("seed"), py::arg("progress") = py::none());
+               py::arg("rays"), py::arg("most"), py::arg("seed"), py::arg("estimated"),
+               py::arg("progress") = py::none());
     module.def(
         "inward_patches",
         [](const Surfels& surfels, std::size_t smallest, int rays, std::uint64_t seed, bool rooms,

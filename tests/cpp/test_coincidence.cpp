@@ -6,8 +6,10 @@
 
 #include "shapes.h"
 #include "surflux/area/coincidence.h"
+#include "surflux/area/effective_area.h"
 #include "surflux/area/pieces.h"
 #include "surflux/core/random.h"
+#include "surflux/neighbors/radii.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -25,7 +27,43 @@ Surfels rectangle(const Vec3& corner, const Vec3& u, const Vec3& v, int m = 1, i
     return s;
 }
 
-double area(const Scene& scene) { return std::accumulate(scene.surfels.areas.begin(), scene.surfels.areas.end(), 0.0); }
+double sum(const Surfels& s) { return std::accumulate(s.areas.begin(), s.areas.end(), 0.0); }
+double area(const Scene& scene) { return sum(scene.surfels); }
+
+std::vector<std::uint32_t> first(std::uint32_t n) {
+    std::vector<std::uint32_t> out(n);
+    std::iota(out.begin(), out.end(), 0u);
+    return out;
+}
+
+// Random points of a rectangle that faces up, with the areas that they have by themselves.
+Surfels strewn(const Vec3& corner, double width, std::size_t n, std::uint64_t seed) {
+    Random random(seed);
+    Surfels s;
+    for (std::size_t k = 0; k < n; ++k) {
+        const double u = random.uniform(), v = random.uniform();
+        s.positions.push_back(corner + width * u * x + v * y);
+        s.normals.push_back(up);
+    }
+    shapes::finish(s, 0.5, 0.0);
+    s.radii = estimate_radii(s.positions);
+    s.areas = effective_areas(s, {});
+    return s;
+}
+
+// Objects of the points of one cloud, dealt out at random to the first with probability `share`, else to the others.
+std::vector<Surfels> slices(const Surfels& cloud, std::size_t count, double share, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<std::vector<std::uint32_t>> of(count);
+    for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+        const double at = random.uniform();
+        const double rest = (at - share) / (1.0 - share) * static_cast<double>(count - 1);
+        of[at < share ? 0 : std::min(count - 1, 1 + static_cast<std::size_t>(rest))].push_back(i);
+    }
+    std::vector<Surfels> out;
+    for (const auto& indices : of) out.push_back(select(cloud, indices));
+    return out;
+}
 
 TEST(Coincidence, AreasOfPatchesThatOverlapAreThatOfTheirUnion) {
     // A unit square turned by 45 degrees in the middle of one, whose four corners are cut off by its edges: what the
@@ -165,9 +203,9 @@ TEST(Coincidence, TwoCloudsOfOneSphereHaveItsAreaOnceAndSeeTheSky) {
     EXPECT_EQ(found.disks.overlaps[0].joined, 2100u);
     EXPECT_EQ(found.disks.overlaps[0].layered, 0u);
     count_once(scene, found);
-    const auto sum = [](const Surfels& s) { return std::accumulate(s.areas.begin(), s.areas.end(), 0.0); };
-    // Two layers everywhere: half of both.
-    EXPECT_NEAR(area(scene) / (0.5 * (sum(one) + sum(other))), 1.0, 1e-12);
+    EXPECT_NEAR(area(scene) / (0.5 * (sum(one) + sum(other))), 1.0, 1e-3);
+    // The more points one has, the larger its part: in proportion, but that places of the two go together at the poles.
+    EXPECT_NEAR(sum(select(scene.surfels, first(800))) / area(scene), 800.0 / 2100.0, 0.05);
     const Tracer tracer(scene);
     for (std::uint32_t i = 0; i < scene.surfels.size(); ++i) {
         EvenPoints even(2, 0, i);
@@ -178,6 +216,35 @@ TEST(Coincidence, TwoCloudsOfOneSphereHaveItsAreaOnceAndSeeTheSky) {
             ASSERT_TRUE(tracer.free({tracer.on(i, scene.surfels.positions[i]), d}));
         }
     }
+}
+
+TEST(Coincidence, SlicesOfOneCloudHaveTogetherWhatTheWholeHas) {
+    for (std::uint64_t seed = 0; seed < 3; ++seed)
+        for (const Surfels& whole : {strewn({}, 1.0, 3000, seed), shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0)})
+            for (const double share : {0.1, 1.0 / 3.0, 0.5}) {
+                std::vector<Surfels> parts = slices(whole, share > 0.1 && share < 0.5 ? 3 : 2, share, seed);
+                // Areas that are parts of the whole's stay.
+                Scene scene = scene_of(parts);
+                const Coincidence found = find_coincidence(scene);
+                EXPECT_EQ(count_once(scene, found).size(), parts.size());
+                EXPECT_NEAR(area(scene) / sum(whole), 1.0, 1e-12);
+                for (Surfels& part : parts) part.areas = effective_areas(part, {});
+                scene = scene_of(parts);
+                const double apart = area(scene);
+                EXPECT_GT(apart, 1.1 * sum(whole));
+                EXPECT_TRUE(count_once(scene, found).empty());
+                EXPECT_NEAR(area(scene) / sum(whole), 1.0, 0.01) << share << " " << seed;
+            }
+}
+
+TEST(Coincidence, CloudsThatOverlapInPartHaveTheAreaOfTheirUnion) {
+    for (std::uint64_t seed = 0; seed < 3; ++seed)
+        for (const std::size_t n : {4000u, 1000u, 400u})
+            for (const double begin : {0.0, 0.5, 0.9}) {
+                Scene scene = scene_of({strewn({}, 1.0, 4000, seed), strewn({begin, 0.0, 0.0}, 1.0, n, 100 + seed)});
+                count_once(scene, find_coincidence(scene));
+                EXPECT_NEAR(area(scene) / (1.0 + begin), 1.0, n == 400 ? 0.025 : 0.015) << n << " " << begin;
+            }
 }
 
 TEST(Coincidence, APileInOneOfTwoCloudsIsOneDiskOfIt) {

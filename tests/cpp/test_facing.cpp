@@ -50,6 +50,35 @@ TEST(Facing, OfABallInABallMakesARoomOfTheOuterOne) {
     for (std::size_t i = 0; i < cloud.points.size(); ++i) EXPECT_EQ(found.turned[i], i < 3000 ? 1 : 0);
 }
 
+// A ball rests on a floor, and all normals point upwards, as estimated ones do that face the sky.
+TEST(Facing, OfABallOnAFloorHasTwoSheets) {
+    Cloud cloud;
+    cloud.add(shapes::sphere(3000, 0.6, 1.0, 0.5, 0.0), 1.0, {0.0, 0.0, 0.6});
+    const std::size_t ball = cloud.points.size();
+    for (int i = 0; i < 100; ++i)
+        for (int k = 0; k < 100; ++k) {
+            cloud.points.push_back({0.04 * i - 2.0, 0.04 * k - 2.0, 0.0});
+            cloud.normals.push_back({0, 0, 1});
+        }
+    std::vector<bool> under(ball);
+    for (std::size_t i = 0; i < ball; ++i) {
+        under[i] = cloud.normals[i].z < 0.0;
+        if (under[i]) cloud.normals[i] = -cloud.normals[i];
+    }
+    FacingOptions options;
+    options.sheets.estimated = true;
+    const Facing found = facing_of(cloud.points, cloud.normals, options);
+    ASSERT_EQ(found.sheets.size(), 2u);
+    EXPECT_EQ(found.sheets[found.sheet.front()].kind, SheetKind::body);
+    EXPECT_EQ(found.sheets[found.sheet.back()].kind, SheetKind::open);
+    EXPECT_EQ(found.sheets[found.sheet.back()].bodies, 1.0);  // they are seen from above alone
+    // Where the gap is no wider than points are apart, either sheet may have them.
+    for (std::size_t i = 0; i < ball; ++i)
+        if (cloud.points[i].z > 0.05) {
+            EXPECT_EQ(found.turned[i], under[i]);
+        }
+}
+
 TEST(Facing, OfWhatClosesAroundAWitnessIsARoom) {
     Cloud ball;
     ball.add(shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0), -1.0);

@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
 #include "shapes.h"
+#include "surflux/core/sampling.h"
 #include "surflux/lights/direct.h"
 #include "surflux/lights/emitter.h"
 #include "surflux/lights/environment.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/lights/polygon.h"
+#include "surflux/lights/spherical_triangle.h"
 
 namespace surflux {
 namespace {
@@ -40,6 +42,57 @@ TEST(Polygon, CountsOnlyWhatIsAboveTheHorizon) {
     EXPECT_NEAR(element_to_polygon({}, up, around, 4), 1.0, 1e-5);
     const Vec3 coplanar[4] = {{1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}};
     EXPECT_NEAR(element_to_polygon({}, up, coplanar, 4), 0.0, 1e-12);
+}
+
+// cos cos' A / (pi r^2) and cos' A / r^2 are right to (size / r)^2. Products of corners cancel: from 5e7 on they were
+// off by a per cent, and a sun given in metres was a million times too bright.
+TEST(Polygon, FarOnesKeepTheirDigits) {
+    const Vec3 towards = normalized(Vec3{0.3, -0.5, 0.7}), normal = normalized(Vec3{0.1, 0.2, 1.0});
+    for (double r : {1e2, 1e3, 3e3, 1e4, 1e6, 1e8, 1.5e11}) {
+        const Vec3 eye = -r * towards;
+        const Vec3 corners[4] = {{0, 0, 0}, {0.2, 0, 0}, {0.2, 0.2, 0}, {0, 0.2, 0}};
+        const double solid = towards.z * 0.04 / (r * r), factor = dot(normal, towards) * solid / pi;
+        EXPECT_NEAR(element_to_polygon(eye, normal, corners, 4) / factor, 1.0, 1.0 / r + 2e-9 + 1e-15 * r);
+        const double found = solid_angle(eye, {corners[0], corners[1], corners[2], 0}) +
+                             solid_angle(eye, {corners[0], corners[2], corners[3], 0});
+        EXPECT_NEAR(found / solid, 1.0, 1.0 / r + 1e-12) << r;
+    }
+}
+
+TEST(SphericalTriangle, TheSquareCoversItEvenly) {
+    const Vec3 a = normalized(Vec3{1, 0.1, 0.2}), b = normalized(Vec3{-0.2, 1, 0.3}), c = normalized(Vec3{0.1, 0.4, 1});
+    const Vec3 corners[3] = {a, b, c}, normal = normalized(Vec3{1, 1, 1});
+    constexpr int n = 200;
+    double cosine = 0.0;
+    for (int i = 0; i < n * n; ++i) {
+        const Vec3 d = square_to_spherical_triangle(a, b, c, (i % n + 0.5) / n, (i / n + 0.5) / n);
+        EXPECT_NEAR(length(d), 1.0, 1e-12);
+        for (int k = 0; k < 3; ++k) EXPECT_GT(dot(d, cross(corners[k], corners[(k + 1) % 3])), -1e-12);
+        cosine += dot(d, normal) / (n * n);
+    }
+    const double solid = solid_angle({}, {a, b, c, 0});
+    EXPECT_NEAR(cosine * solid / pi, element_to_polygon({}, normal, corners, 3), 1e-5);
+}
+
+// A lamp 40 times as wide as it is far away: points of its area had ten times as much noise as there is light.
+TEST(Emitter, WideLightsAreSampledByWhatTheyBring) {
+    const std::vector<Light> lights{AreaLight{{-20, -20, 1}, {0, 40, 0}, {40, 0, 0}, white}};
+    const auto emitters = emitters_of(lights);
+    for (const Vec3& at : {Vec3{}, Vec3{3, -2, 0.9}, Vec3{19.9, 0, 0}, Vec3{21, 21, 0.5}}) {
+        const Vec3 normal = normalized(Vec3{0.2, 0.1, 1.0});
+        ASSERT_TRUE(emitters[0]->is_wide_at(at));
+        EvenPoints even(2, 0, 0);
+        double sum = 0.0;
+        constexpr int n = 4096;
+        for (int k = 0; k < n; ++k) {
+            const double* u = even.next();
+            const Arrival arrival = emitters[0]->arrival(at, normal, u[0], u[1]);
+            EXPECT_NEAR(arrival.from.z, 1.0, 1e-9);
+            EXPECT_LE(std::max(std::abs(arrival.from.x), std::abs(arrival.from.y)), 20.0 + 1e-6);
+            sum += arrival.kernel / n;
+        }
+        EXPECT_NEAR(sum / emitters[0]->kernel_at(at, normal), 1.0, 2e-3) << at.x;
+    }
 }
 
 TEST(Direct, PointLightFollowsTheInverseSquareAndTheCosine) {

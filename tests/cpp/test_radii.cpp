@@ -80,11 +80,11 @@ Cover cover(const std::vector<Vec3>& points, const std::vector<double>& radii, c
 }
 
 // Around the origin, in the plane z = 0.
-double covering_radius(const std::vector<Vec3>& neighbors) {
+double covering_radius(const std::vector<Vec3>& neighbors, double border = 1e9) {
     TangentCell cell;
     cell.start({}, {0, 0, 1}, 100.0);
     for (const Vec3& n : neighbors) cell.cut(n);
-    return cell.covering_radius();
+    return cell.covering_radius(border);
 }
 
 TEST(TangentCell, ReachesTheCornersOfAcuteTriangles) {
@@ -111,6 +111,13 @@ TEST(TangentCell, IsOpenWithoutNeighboursAllAround) {
 TEST(TangentCell, IsHardlyCutFromAnotherSheet) {
     // Between a point of the plane and one 1 above it, 0.5 aside, the plane is halved 1.25 away.
     EXPECT_NEAR(covering_radius({{0.5, 0, 1}}), 1.25, 1e-12);
+}
+
+TEST(TangentCell, EndsAtABorder) {
+    // Two near neighbours, and a pair of another piece, whose corners are 3 away.
+    const std::vector<Vec3> piece{{1, 0, 0}, {0, 1, 0}, {-6, 0, 0}, {0, -6, 0}};
+    EXPECT_GT(covering_radius(piece), 3.0);
+    EXPECT_NEAR(covering_radius(piece, 2.0), std::sqrt(0.5), 1e-12);
 }
 
 TEST(Radii, OfASquareGridReachTheMiddlesOfItsCells) {
@@ -200,6 +207,54 @@ TEST(Radii, OnALineReachHalfWay) {
     for (double r : estimate_radii(line)) EXPECT_NEAR(r, margin * 0.25, 1e-9);
     // Seen along the line, all are straight above and below.
     for (double r : estimate_radii(line, std::vector<Vec3>(30, {0.6, 0.8, 0.0}))) EXPECT_NEAR(r, margin * 0.25, 1e-9);
+}
+
+// Points of `lines` lines, `apart` steps of 1 from each other, a little off them.
+std::vector<Vec3> scan_lines(int lines, double apart, double off) {
+    Random random(3);
+    std::vector<Vec3> out;
+    for (int line = 0; line < lines; ++line)
+        for (int k = 0; k < 12 * apart; ++k)
+            out.push_back({k + off * (2 * random.uniform() - 1), apart * line + off * (2 * random.uniform() - 1), 0});
+    return out;
+}
+
+// At 1:40 disks stayed within their line, and a scanned roof let all light through.
+TEST(Radii, ReachHalfWayFromLineToLine) {
+    for (double apart : {8.0, 10.0, 11.0, 20.0, 40.0, 90.0})
+        for (double off : {0.0, 0.2}) {
+            const std::vector<Vec3> points = scan_lines(12, apart, off);
+            const std::vector<double> radii = estimate_radii(points, std::vector<Vec3>(points.size(), {0, 0, 1}));
+            const DiskIndex disks(points, radii);
+            std::vector<Neighbor> over;
+            Random random(5);
+            int uncovered = 0;
+            for (int k = 0; k < 5000; ++k) {  // away from the ends, and between lines that have others beside them
+                const Vec3 probe{apart * (1 + 10 * random.uniform()), apart * (1 + 9 * random.uniform()), 0};
+                over.clear();
+                disks.reaching(probe, 0.0, over);
+                uncovered += over.empty();
+            }
+            EXPECT_LE(uncovered, 50) << apart << " apart, off by " << off;
+            EXPECT_LE(*std::max_element(radii.begin(), radii.end()), 0.75 * margin * apart);
+        }
+}
+
+// Disks of tiles of 16 points reached half way to the next tile: 12 times their area.
+TEST(Radii, OfSmallPiecesStayOnThem) {
+    for (int side : {4, 5, 6})
+        for (double gap : {14.0, 16.0, 40.0}) {
+            Random random(1);
+            std::vector<Vec3> points;
+            for (int k = 0; k < 25 * side * side; ++k) {
+                const int piece = k / (side * side), place = k % (side * side);
+                const double tile = side + gap;
+                points.push_back({tile * (piece % 5) + place % side + 0.1 * random.uniform(),
+                                  tile * (piece / 5) + place / side + 0.1 * random.uniform(), 0});
+            }
+            const std::vector<double> radii = estimate_radii(points, std::vector<Vec3>(points.size(), {0, 0, 1}));
+            EXPECT_LE(*std::max_element(radii.begin(), radii.end()), 2.0) << side << " each way, " << gap << " apart";
+        }
 }
 
 TEST(Radii, OfAnOutlierFollowThoseOfItsNeighbours) {

@@ -4,6 +4,7 @@ import dataclasses
 import importlib
 import inspect
 import pkgutil
+import re
 
 import numpy as np
 import pytest
@@ -72,6 +73,9 @@ def test_what_is_compared_cannot_change():
             array[0] = 0
 
 
+HOLDS = re.compile(r"ndarray|\b(Floats|Integers|Image)\b", re.IGNORECASE)  # in an annotation, which is text
+
+
 def with_arrays():
     """All dataclasses of the package that say they hold arrays."""
     for module in pkgutil.walk_packages(sf.__path__, "surflux."):
@@ -79,7 +83,7 @@ def with_arrays():
             continue
         for item in vars(importlib.import_module(module.name)).values():
             here = inspect.isclass(item) and item.__module__ == module.name and dataclasses.is_dataclass(item)
-            if here and any("ndarray" in str(field.type) for field in dataclasses.fields(item)):
+            if here and any(HOLDS.search(str(field.type)) for field in dataclasses.fields(item)):
                 yield item
 
 
@@ -87,3 +91,26 @@ def with_arrays():
 def test_no_dataclass_compares_arrays_as_tuples_do(kind):
     """Which raises where arrays have more than one entry: such a class says itself when it is equal, or never is."""
     assert not kind.__dataclass_params__.eq
+
+
+def test_the_public_ones_are_among_them():
+    assert {sf.AreaShares, sf.Environment, sf.Facing, sf.Scan} <= set(with_arrays())
+
+
+def test_tuples_of_arrays_are_equal_to_themselves_alone():
+    kinds = [getattr(sf, name) for name in sf.__all__]
+    kinds = [kind for kind in kinds if inspect.isclass(kind) and issubclass(kind, tuple)]
+    assert sf.SolarHours in kinds
+    for kind in kinds:
+        one, same = (kind(*(np.ones((2, 3)) for _ in kind._fields)) for _ in range(2))
+        assert one == one
+        assert one != same
+        assert len({one, same, one}) == 2
+        assert next(iter(one)) is one[0]
+
+
+def test_what_facing_finds_is_equal_to_itself_alone():
+    one, same = (sf.facing([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2) for _ in range(2))
+    assert one == one
+    assert one != same
+    assert len({one, same, one}) == 2

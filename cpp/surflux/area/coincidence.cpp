@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "surflux/area/joint_areas.h"
 #include "surflux/area/pieces.h"
 #include "surflux/core/parallel.h"
 
@@ -113,27 +114,26 @@ std::vector<Coarse> find_coarse(const Scene& scene, const Extent& extent) {
 Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     const Extent extent(scene.surfels);
     Covers covers = CoverFinder(scene, extent).run(progress);
-    return {std::move(covers.covers),
-            std::move(covers.uncovered),
-            std::move(covers.close_sheets),
-            std::move(covers.gaps),
-            std::move(covers.sheets),
-            find_disk_overlaps(scene, extent, progress),
-            find_coarse(scene, extent),
-            {},
-            {}};
+    return {std::move(covers.covers),       std::move(covers.uncovered),
+            std::move(covers.close_sheets), std::move(covers.gaps),
+            std::move(covers.sheets),       find_disk_overlaps(scene, extent, progress),
+            find_coarse(scene, extent),     {}};
 }
 
-void count_once(Scene& scene, const Coincidence& found, const Progress& progress) {
+std::vector<std::uint32_t> count_once(Scene& scene, const Coincidence& found, const Progress& progress,
+                                      const std::vector<char>& has_own_areas) {
     scene.covers = found.covers;
     scene.sheets = found.sheets;
     scene.spread = found.disks.spread;
     Surfels& s = scene.surfels;
-    if (s.areas.empty()) return;
+    if (s.areas.empty()) return {};
     std::vector<double> share = found.uncovered;
-    if (!found.disks.is_joined.empty()) take_layer_shares(scene, found.disks.is_joined, share, progress);
+    std::vector<std::uint32_t> kept;
+    if (!found.disks.is_joined.empty())
+        kept = take_joint_shares(scene, found.disks.is_joined, share, has_own_areas, progress);
     for (std::size_t i = 0; i < s.size(); ++i)
         if (share[i] < 1.0) s.areas[i] *= std::max(share[i], least_share);
+    return kept;
 }
 
 }  // namespace surflux

@@ -23,13 +23,6 @@ struct UnlikeAreas {
     double ratio = 1.0;  // of the power by what is given, over that by the disks' own
 };
 
-// An object many of whose disks have another of it closely above them that faces them: both sides of a sheet, at places
-// of their own.
-struct ShutOff {
-    std::uint32_t object = 0;
-    std::size_t disks = 0;
-};
-
 // Coincident geometry that faces the same way, which a rasterizer would show as z-fighting: a carpet modelled into a
 // floor, two scans of one wall.
 struct Coincidence {
@@ -40,8 +33,7 @@ struct Coincidence {
     std::vector<Sheet> sheets;
     DiskOverlaps disks;
     std::vector<Coarse> coarse;             // ascending
-    std::vector<UnlikeAreas> unlike_areas;  // ascending; these and what follows are found by compile_scene
-    std::vector<ShutOff> shut_off;
+    std::vector<UnlikeAreas> unlike_areas;  // ascending; found by compile_scene
 };
 
 // Patches coincide within twice the contact distance, as far as triangles overlap there; what of disks does,
@@ -49,7 +41,9 @@ struct Coincidence {
 Coincidence find_coincidence(const Scene& scene, const Progress& progress = {});
 
 // Puts it into the scene. Areas, where there are any, count once: a patch keeps what is not covered, and a billionth,
-// so that it stays; disks keep one over the number of objects that cover the same place, each as far as its ends.
-void count_once(Scene& scene, const Coincidence& found, const Progress& progress = {});
+// so that it stays; disks share (joint_areas.h). Returned are the objects whose areas do so already.
+// `has_own_areas` marks those whose areas were found by effective_areas().
+std::vector<std::uint32_t> count_once(Scene& scene, const Coincidence& found, const Progress& progress = {},
+                                      const std::vector<char>& has_own_areas = {});
 
 }  // namespace surflux

@@ -18,8 +18,6 @@ constexpr double least_area = 1e-9;  // of a disk: what others cover altogether 
 constexpr std::size_t disks_held = 10'000;
 constexpr double unlike = 0.05;  // of their logarithms: of coarse convex clouds, D04's own areas are as much too large
 
-constexpr double many_shut_off = 0.05;  // of the disks of an object: what stands on a floor shuts off some, rightly
-
 void reserve(Surfels& all, const std::vector<const Surfels*>& objects) {
     std::size_t n = 0, triangles = 0;
     for (const Surfels* s : objects) n += s->size(), triangles += s->triangles.size();
@@ -59,7 +57,6 @@ double ratio_of_powers(const Surfels& object, const std::vector<char>& marked, c
 void add_areas_and_ends(Surfels& all, std::uint32_t first, std::uint32_t number, const Surfels& object,
                         Coincidence& odd, const Progress& progress) {
     const std::vector<bool> is_disk = disks_among(object);
-    const auto disks = static_cast<std::size_t>(std::count(is_disk.begin(), is_disk.end(), true));
     DiskEnds found;
     if (object.areas.empty()) {
         std::vector<double> areas;
@@ -73,13 +70,11 @@ void add_areas_and_ends(Surfels& all, std::uint32_t first, std::uint32_t number,
             found = find_areas_and_ends(object, own, emitters, progress);
             const double ratio = ratio_of_powers(object, emitters, own);
             if (std::abs(std::log(ratio)) > unlike) odd.unlike_areas.push_back({number, ratio});
-        } else if (disks > 0) {
+        } else if (std::count(is_disk.begin(), is_disk.end(), true) > 0) {
             found = find_disk_ends(object, AreaOptions{}.epsilon, progress);
         }
         all.areas.insert(all.areas.end(), object.areas.begin(), object.areas.end());
     }
-    if (static_cast<double>(found.shut_off) > many_shut_off * static_cast<double>(disks))
-        odd.shut_off.push_back({number, found.shut_off});
     for (DiskEnd& end : found.ends) {
         end.surfel += first;
         all.ends.push_back(end);
@@ -105,7 +100,14 @@ Scene compile_scene(const std::vector<const Surfels*>& objects, std::vector<Ligh
         add_areas_and_ends(scene.surfels, first, k, *objects[k], coincidence, progress);
         first += static_cast<std::uint32_t>(objects[k]->size());
     }
-    count_once(scene, coincidence, progress);
+    std::vector<char> has_own_areas;
+    for (const Surfels* object : objects) has_own_areas.push_back(object->areas.empty());
+    // Areas that are shares among several objects are less than the object's own disks would have alone.
+    for (const std::uint32_t kept : count_once(scene, coincidence, progress, has_own_areas)) {
+        std::vector<UnlikeAreas>& unlike = coincidence.unlike_areas;
+        unlike.erase(std::remove_if(unlike.begin(), unlike.end(), [&](const auto& u) { return u.object == kept; }),
+                     unlike.end());
+    }
     return scene;
 }
 

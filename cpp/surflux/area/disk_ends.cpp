@@ -18,14 +18,13 @@ constexpr double crease_overlap = 0.02;
 class EndsOfDisks {
 public:
     explicit EndsOfDisks(const Surfels& surfels)
-        : surfels_(surfels), of_surfel_(surfels.size()), alone_(surfels.size(), 0), shut_off_(surfels.size(), 0) {}
+        : surfels_(surfels), of_surfel_(surfels.size()), alone_(surfels.size(), 0) {}
 
     void take(Span<std::uint32_t> pile, const Neighborhood& around) {
         for (const std::uint32_t i : pile) take(i, around);
     }
 
     void take(std::uint32_t i, const Neighborhood& around) {
-        shut_off_[i] = around.is_shut_off;
         alone_[i] = around.surface.size() == 1 && around.crease.empty() && around.ends.empty();
         for (std::size_t e = 0; e < around.ends.size(); ++e) {
             const HalfPlane& side = around.ends[e];
@@ -42,7 +41,6 @@ public:
         for (std::uint32_t i = 0; i < of_surfel_.size(); ++i) {
             out.ends.insert(out.ends.end(), of_surfel_[i].begin(), of_surfel_[i].end());
             if (alone_[i]) out.alone.push_back(i);
-            if (shut_off_[i]) ++out.shut_off;
         }
         return out;
     }
@@ -50,7 +48,7 @@ public:
 private:
     const Surfels& surfels_;
     std::vector<std::vector<DiskEnd>> of_surfel_;
-    std::vector<char> alone_, shut_off_;
+    std::vector<char> alone_;
 };
 
 // Calls visit(disk, neighbourhood) for every disk of the finder; what makes `state` is called once for each block of

@@ -12,7 +12,6 @@ namespace surflux {
 struct DiskEnds {
     std::vector<DiskEnd> ends;
     std::vector<std::uint32_t> alone;
-    std::size_t shut_off = 0;  // disks that have another closely above them, which faces them: a sheet's other side
 };
 
 // The half planes that clip disks as the curved areas do (neighborhood.h), at borders of the sampling and at creases:

@@ -57,9 +57,16 @@ double DiskIntegrator::area(const Neighborhood& around) {
         sharers_.clear();
         for (const Member& j : around.surface) sharers_.push_back(sharer_of(j));
         for (const Member& j : around.crease) sharers_.push_back(sharer_of(j));
+        const std::size_t first_other = sharers_.size();
+        for (const Member& j : around.others) sharers_.push_back(sharer_of(j));
+        sharer_ends_.clear();
+        for (const MemberEnd& end : around.others_ends)
+            sharer_ends_.push_back({static_cast<std::uint32_t>(first_other + end.member),
+                                    static_cast<float>(end.normal.x), static_cast<float>(end.normal.y),
+                                    static_cast<float>(end.normal.z), static_cast<float>(end.limit)});
         ends_along(around.ends, grid_, ends_);
         share = integrate_curved(single_precision(around.model), sharers_.data(), sharers_.size(), ends_.data(), kappa,
-                                 grid_);
+                                 grid_, sharer_ends_.data(), sharer_ends_.size());
     }
     return around.radius * around.radius * share;
 }

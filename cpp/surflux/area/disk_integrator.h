@@ -23,6 +23,7 @@ private:
     std::vector<DiskTerm> terms_;
     std::vector<Sharer> sharers_;
     std::vector<float> ends_;
+    std::vector<SharerEnd> sharer_ends_;
 };
 
 }  // namespace surflux

@@ -9,8 +9,6 @@
 #include "surflux/area/close_sheets.h"
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
-#include "surflux/core/sampling.h"
-#include "surflux/core/thread_scratch.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/neighbors/piles.h"
 
@@ -233,64 +231,6 @@ void count_meetings(const Disks& disks, const std::vector<std::vector<Meeting>>&
     }
 }
 
-// Of how many objects the disks cover a place, each as far as its ends.
-class Layers {
-public:
-    Layers(const Scene& scene, const Disks& disks)
-        : scene_(scene), s_(scene.surfels), disks_(disks), ends_(end_ranges(s_)) {}
-
-    // Mean of 1 / layers over the disk of the area of disk d, as far as its ends: at its centre and at six points
-    // around, each for a seventh of it.
-    double share_of(std::uint32_t d) const {
-        const Disk& disk = disks_[d];
-        const std::uint32_t i = disk.surfels.front();
-        const Frame frame = frame_around(disk.normal);
-        const double area = s_.areas[i] * static_cast<double>(disk.surfels.size());
-        const double reach = std::sqrt(area / pi) * std::sqrt(4.0 / 7.0);
-        thread_local std::vector<Neighbor> near;
-        const ThreadScratch scratch(near);
-        disks_.others(d, reach, near);
-        const auto strange = [&](const Neighbor& found) {
-            return !same_surface(scene_, i, disks_[found.index].surfels.front());
-        };
-        near.erase(std::remove_if(near.begin(), near.end(), strange), near.end());
-        double sum = share_at(disk.position, near);
-        int count = 1;
-        for (int k = 0; k < 6; ++k) {
-            const double angle = pi / 3.0 * k;
-            const Vec3 place = disk.position + reach * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
-            if (is_beyond_end(i, place)) continue;
-            sum += share_at(place, near);
-            ++count;
-        }
-        return sum / count;
-    }
-
-private:
-    double share_at(const Vec3& place, const std::vector<Neighbor>& near) const {
-        thread_local std::vector<std::uint32_t> objects;
-        const ThreadScratch scratch(objects);
-        for (const Neighbor& found : near) {
-            const Disk& k = disks_[found.index];
-            if (length_squared(place - k.position) < k.radius * k.radius && !is_beyond_end(k.surfels.front(), place))
-                objects.push_back(k.object);
-        }
-        std::sort(objects.begin(), objects.end());
-        return 1.0 / static_cast<double>(1 + (std::unique(objects.begin(), objects.end()) - objects.begin()));
-    }
-
-    bool is_beyond_end(std::uint32_t k, const Vec3& place) const {
-        for (std::uint32_t e = ends_[k]; e < ends_[k + 1]; ++e)
-            if (dot(s_.ends[e].normal, place - s_.positions[k]) > s_.ends[e].limit) return true;
-        return false;
-    }
-
-    const Scene& scene_;
-    const Surfels& s_;
-    const Disks& disks_;
-    std::vector<std::uint32_t> ends_;
-};
-
 // Calls body(index, near) for all of them.
 template <class Body>
 void for_each(const std::vector<std::uint32_t>& indices, const Progress& progress, const Body& body) {
@@ -336,20 +276,6 @@ DiskOverlaps find_disk_overlaps(const Scene& scene, const Extent& extent, const 
         for (const std::uint32_t i : disks[d].surfels)
             if (out.is_joined[i]) out.spread[i] = spread[d];
     return out;
-}
-
-void take_layer_shares(const Scene& scene, const std::vector<char>& is_joined, std::vector<double>& shares,
-                       const Progress& progress) {
-    if (std::find(is_joined.begin(), is_joined.end(), 1) == is_joined.end()) return;
-    const Disks disks(scene);
-    const Layers layers(scene, disks);
-    std::vector<std::uint32_t> joined;
-    for (std::uint32_t d = 0; d < disks.size(); ++d)
-        if (is_joined[disks[d].surfels.front()]) joined.push_back(d);
-    for_each(joined, progress, [&](std::size_t, std::uint32_t d, std::vector<Neighbor>&) {
-        const double share = layers.share_of(d);
-        for (const std::uint32_t i : disks[d].surfels) shares[i] *= share;
-    });
 }
 
 }  // namespace surflux

@@ -30,9 +30,4 @@ struct DiskOverlaps {
 // as a leaf on a floor is. Disks of an object that are piled up at one place are looked at once.
 DiskOverlaps find_disk_overlaps(const Scene& scene, const Extent& extent, const Progress& progress = {});
 
-// Multiplies the shares of joined disks by the mean of one over the number of objects that cover each, as far as its
-// ends. The scene has areas and spreads.
-void take_layer_shares(const Scene& scene, const std::vector<char>& is_joined, std::vector<double>& shares,
-                       const Progress& progress = {});
-
 }  // namespace surflux

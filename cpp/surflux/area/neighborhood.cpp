@@ -21,8 +21,6 @@ constexpr double sharpest_crease = -0.5;
 constexpr double layer_slope = 0.35;
 // Between the normals of disks at one place that are one disk: they are apart by what floats or an estimate leave.
 constexpr double pile_cosine = 0.999;
-// A disk that faces another, and how far above that, over its radius: the two sides of a sheet that is bent.
-constexpr double shut_cosine = -0.9, shut_height = 0.05, shut_rounding = 1e-7;
 // What may stick out over a crease's plane, over the sum of the two radii.
 constexpr double crease_tolerance = 0.05;
 // How far around a surfel, over its spacing, the hull of the points is taken; where points crowd, over .6 of its
@@ -33,8 +31,6 @@ constexpr double border_reach = 5.0;
 constexpr double border_margin = 0.05;
 // A corner that no sample fills up to this far, over the same spacing, is still a corner.
 constexpr double corner_tolerance = 0.6;
-
-Vec3 in_frame(const Frame& frame, const Vec3& v) { return {dot(v, frame.u), dot(v, frame.v), dot(v, frame.n)}; }
 
 double across(double x, double y) { return std::sqrt(x * x + y * y); }
 
@@ -84,17 +80,9 @@ double mean_spacing(const std::vector<Member>& around) {
     return nearest.empty() ? 0.0 : sum / static_cast<double>(nearest.size());
 }
 
-// Is the middle of a disk closely beneath another that faces it, as it is where both sides of a sheet are sampled at
-// places of their own? What has a side of its own at the same place lets light pass.
-bool is_beneath(const Member& other, const std::vector<Member>& surface) {
-    if (!(other.normal.z < shut_cosine) || !(length(other.position) < other.radius)) return false;
-    const double above = dot(other.position, other.normal) / other.normal.z;
-    if (!(above > -shut_rounding && above < shut_height)) return false;
-    return std::none_of(surface.begin(), surface.end(),
-                        [&](const Member& own) { return length(own.position - other.position) <= shut_rounding; });
-}
-
 }  // namespace
+
+Vec3 in_frame(const Frame& frame, const Vec3& v) { return {dot(v, frame.u), dot(v, frame.v), dot(v, frame.n)}; }
 
 std::vector<NeighborhoodFinder::Disk> NeighborhoodFinder::disks_of(const Surfels& surfels,
                                                                    const std::vector<bool>& is_disk,
@@ -166,6 +154,8 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
     out.surface.assign(1, {disk.surfel, {}, {0.0, 0.0, 1.0}, 1.0});
     out.crease.clear();
     out.ends.clear();
+    out.others.clear();
+    out.others_ends.clear();
     for (std::size_t k = 0; k < near.size(); ++k) {
         const Disk& other = disks_[near[k].index];
         const Member member{other.surfel, in_frame(out.frame, offsets[k] / out.radius),
@@ -176,8 +166,6 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
 
 bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out) const {
     gather(i, ratio, out);
-    out.is_shut_off = std::any_of(out.crease.begin(), out.crease.end(),
-                                  [&](const Member& other) { return is_beneath(other, out.surface); });
     out.surface.erase(std::remove_if(out.surface.begin() + 1, out.surface.end(), is_layer), out.surface.end());
     std::vector<Member> around(out.surface.begin() + 1, out.surface.end());
     std::vector<OrientedPoint> points;

@@ -19,6 +19,13 @@ struct Member {
     double radius;
 };
 
+// A half plane that member number `member` ends at, in the same frame and units: dot(normal, p) <= limit.
+struct MemberEnd {
+    std::uint32_t member;
+    Vec3 normal;
+    double limit;
+};
+
 // The adjacency of disk i: who shares it, and the half planes that clip it.
 struct Neighborhood {
     Frame frame;
@@ -29,9 +36,15 @@ struct Neighborhood {
     std::vector<Member> crease;   // neighbours around a crease that does not end the disk: they share it
     std::vector<HalfPlane> ends;  // the disk's domain lies within all of them: creases, then borders
     std::size_t crease_ends = 0;  // how many of them are creases
-    bool is_shut_off = false;     // does a disk of another place face the disk's own so closely that it gets no light?
     SurfaceModel model;
+
+    // Disks of other objects that sample the same surface, and where they end, in their order (joint_areas.h). The
+    // finder knows one object and leaves both empty.
+    std::vector<Member> others;
+    std::vector<MemberEnd> others_ends;
 };
+
+Vec3 in_frame(const Frame& frame, const Vec3& v);
 
 // Finds the neighbourhoods of disks; const once made, for any number of threads.
 class NeighborhoodFinder {

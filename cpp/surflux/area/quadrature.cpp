@@ -105,11 +105,23 @@ SURFLUX_KERNEL double paper_kernel(const DiskTerm* terms, std::size_t count, flo
 // Directions times rings that are worked on together: what they need stays in the first-level cache.
 constexpr int chunk = 512;
 
-// `cubed` where kappa is 3, the default: no logarithm then.
+// The weight of sharer j at (x, y, z), over that of the surfel itself, whose square distance is `square`, without its
+// taper. `cubed` where kappa is 3, the default: no logarithm then.
+template <bool cubed>
+SURFLUX_KERNEL float part_of(const Sharer& j, float x, float y, float z, float square, float kappa) {
+    const float dx = x - j.x, dy = y - j.y, dz = z - j.z;
+    const float q = dx * dx + dy * dy + dz * dz;
+    const float taper = 1.0f - q * j.inverse_square_radius;
+    const float nearer = square / (q < 1e-9f ? 1e-9f : q);
+    const float power = cubed ? nearer * nearer * nearer : exp_bounded(kappa * fast_log(nearer));
+    return taper > 0.0f ? power * taper : 0.0f;
+}
+
 template <bool cubed>
 SURFLUX_KERNEL double curved_kernel(const CurvedSurface& m, const Sharer* sharers, std::size_t count, const float* ends,
-                                    float kappa, const PolarGrid& grid) {
-    alignas(64) float x[chunk], y[chunk], z[chunk], area[chunk], square[chunk], own[chunk], ratio[chunk];
+                                    float kappa, const PolarGrid& grid, const SharerEnd* sharer_ends,
+                                    std::size_t sharer_end_count) {
+    alignas(64) float x[chunk], y[chunk], z[chunk], area[chunk], square[chunk], own[chunk], ratio[chunk], part[chunk];
     const float own_z = std::sqrt(1.0f - std::fmin(m.gx * m.gx + m.gy * m.gy, 0.75f));
     const float own_taper = sharers[0].inverse_square_radius;
     const int rings = grid.rings, together = chunk / rings;
@@ -141,16 +153,21 @@ SURFLUX_KERNEL double curved_kernel(const CurvedSurface& m, const Sharer* sharer
             own[i] = taper > 0.0f ? taper : 1.0f;
             ratio[i] = 0.0f;
         }
+        std::size_t e = 0;
         for (std::size_t k = 1; k < count; ++k) {
             const Sharer& j = sharers[k];
-            for (int i = 0; i < length; ++i) {
-                const float dx = x[i] - j.x, dy = y[i] - j.y, dz = z[i] - j.z;
-                const float q = dx * dx + dy * dy + dz * dz;
-                const float taper = 1.0f - q * j.inverse_square_radius;
-                const float nearer = square[i] / (q < 1e-9f ? 1e-9f : q);
-                const float power = cubed ? nearer * nearer * nearer : exp_bounded(kappa * fast_log(nearer));
-                ratio[i] += taper > 0.0f ? power * taper : 0.0f;
+            const bool is_ended = e < sharer_end_count && sharer_ends[e].sharer == k;
+            for (int i = 0; is_ended && i < length; ++i) part[i] = 1.0f;
+            for (; e < sharer_end_count && sharer_ends[e].sharer == k; ++e) {
+                const SharerEnd& end = sharer_ends[e];
+                for (int i = 0; i < length; ++i)
+                    part[i] = end.x * x[i] + end.y * y[i] + end.z * z[i] <= end.limit ? part[i] : 0.0f;
             }
+            if (is_ended)
+                for (int i = 0; i < length; ++i)
+                    ratio[i] += part[i] * part_of<cubed>(j, x[i], y[i], z[i], square[i], kappa);
+            else
+                for (int i = 0; i < length; ++i) ratio[i] += part_of<cubed>(j, x[i], y[i], z[i], square[i], kappa);
         }
         for (int i = 0; i < length; ++i) area[i] *= own[i] / (own[i] + ratio[i]);
         sum += sum_of(area, length);
@@ -158,14 +175,16 @@ SURFLUX_KERNEL double curved_kernel(const CurvedSurface& m, const Sharer* sharer
     return sum;
 }
 
-#define SURFLUX_KERNELS(suffix, attribute)                                                                   \
-    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) { \
-        return paper_kernel(terms, count, kappa, resolution);                                                \
-    }                                                                                                        \
-    attribute double curved_##suffix(const CurvedSurface& surface, const Sharer* sharers, std::size_t count, \
-                                     const float* ends, float kappa, const PolarGrid& grid) {                \
-        return kappa == 3.0f ? curved_kernel<true>(surface, sharers, count, ends, kappa, grid)               \
-                             : curved_kernel<false>(surface, sharers, count, ends, kappa, grid);             \
+#define SURFLUX_KERNELS(suffix, attribute)                                                                            \
+    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {          \
+        return paper_kernel(terms, count, kappa, resolution);                                                         \
+    }                                                                                                                 \
+    attribute double curved_##suffix(const CurvedSurface& surface, const Sharer* sharers, std::size_t count,          \
+                                     const float* ends, float kappa, const PolarGrid& grid,                           \
+                                     const SharerEnd* sharer_ends, std::size_t sharer_end_count) {                    \
+        return kappa == 3.0f                                                                                          \
+                   ? curved_kernel<true>(surface, sharers, count, ends, kappa, grid, sharer_ends, sharer_end_count)   \
+                   : curved_kernel<false>(surface, sharers, count, ends, kappa, grid, sharer_ends, sharer_end_count); \
     }
 
 SURFLUX_KERNELS(baseline, )
@@ -176,8 +195,8 @@ SURFLUX_KERNELS(avx512, [[gnu::target("avx512f,avx512dq,avx512vl,avx512bw,avx2,f
 
 struct Dispatch {
     double (*paper)(const DiskTerm*, std::size_t, float, int) = paper_baseline;
-    double (*curved)(const CurvedSurface&, const Sharer*, std::size_t, const float*, float,
-                     const PolarGrid&) = curved_baseline;
+    double (*curved)(const CurvedSurface&, const Sharer*, std::size_t, const float*, float, const PolarGrid&,
+                     const SharerEnd*, std::size_t) = curved_baseline;
     const char* name = "generic";
 };
 
@@ -206,8 +225,9 @@ double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, in
 }
 
 double integrate_curved(const CurvedSurface& surface, const Sharer* sharers, std::size_t count, const float* ends,
-                        float kappa, const PolarGrid& grid) {
-    return dispatch().curved(surface, sharers, count, ends, kappa, grid);
+                        float kappa, const PolarGrid& grid, const SharerEnd* sharer_ends,
+                        std::size_t sharer_end_count) {
+    return dispatch().curved(surface, sharers, count, ends, kappa, grid, sharer_ends, sharer_end_count);
 }
 
 const char* instruction_set() { return dispatch().name; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "surflux/area/polar_grid.h"
 
@@ -28,11 +29,18 @@ struct CurvedSurface {
     float kxx, kxy, kyy, gx, gy, z0;
 };
 
+// Where a sharer ends: it has a part in points with x X + y Y + z Z <= limit alone.
+struct SharerEnd {
+    std::uint32_t sharer;
+    float x, y, z, limit;
+};
+
 // The second-order method (see effective_area.h) over disk i, in units of R_i^2: the integral of
 // w_i / (sum_j w_j) / n_z over the points of `grid`, whose direction d ends at `ends[d]`. The first of `count` sharers
-// is i itself.
+// is i itself. `sharer_ends` are in the order of the sharers.
 double integrate_curved(const CurvedSurface& surface, const Sharer* sharers, std::size_t count, const float* ends,
-                        float kappa, const PolarGrid& grid);
+                        float kappa, const PolarGrid& grid, const SharerEnd* sharer_ends = nullptr,
+                        std::size_t sharer_end_count = 0);
 
 // "x86-64-v2", "avx2" or "avx512": what the kernels run with on this machine.
 const char* instruction_set();

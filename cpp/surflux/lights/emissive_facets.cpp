@@ -133,7 +133,8 @@ double EmissiveFacets::form_factor(const Vec3& point, const Vec3& normal) const 
 }
 
 double EmissiveFacets::form_factor(const Facet& facet, const Vec3& point, const Vec3& normal) const {
-    if (!(dot(facet.normal, point - facet.on_it) > 0.0)) return 0.0;
+    const double tolerance = no_height(point, facet.on_it, std::sqrt(facet.area));
+    if (!(dot(facet.normal, point - facet.on_it) > tolerance)) return 0.0;
     double lowest = 0.0, highest = 0.0, sum = 0.0;
     for (std::uint32_t e = facet.edges; e < facet.edges_end; ++e) {
         const double height = dot(normal, edges_[e].from - point);

@@ -30,7 +30,8 @@ struct Arrival {
 
 struct Emitter {
     virtual ~Emitter() = default;
-    // From the light's point (s, t).
+    // From the light's point (s, t): evenly over its area or, close to what is wide, over its solid angle. The mean
+    // over all is kernel_at().
     virtual Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const = 0;
     // Mean of the kernel over the light, at one place.
     virtual double kernel_at(const Vec3& point, const Vec3& normal) const = 0;
@@ -38,6 +39,8 @@ struct Emitter {
     virtual double mean_kernel(const Receiver& receiver) const = 0;
     // Do few points of what lies within a sphere tell its mean kernel? Not close to the light, nor in a narrow beam.
     virtual bool is_even_in(const Vec3& center, double radius) const = 0;
+    // Is the light so wide beside its distance that few points of its area tell little of kernel_at()?
+    virtual bool is_wide_at(const Vec3&) const { return false; }
     // Of a patch, the part that the light can shine on, where that may be little of it; else nothing.
     virtual void find_lit(const Receiver&, std::vector<Triangle>&) const {}
     Rgb color;

@@ -254,7 +254,7 @@ Rgb LightSampler::unoccluded(const Vec3& point, const Vec3& normal) const {
     Rgb out;
     for (const PointLike& light : point_like_) out += towards(light, point, normal).irradiance;
     for (const Rectangle& light : areas_) {
-        if (dot(light.normal, point - light.corner) <= 0.0) continue;
+        if (!light.lights(point)) continue;
         const Vec3 corners[] = {light.corner, light.corner + light.u, light.corner + light.u + light.v,
                                 light.corner + light.v};
         out += element_to_polygon(point, normal, corners, 4) * light.exitance;
@@ -284,7 +284,7 @@ Rgb LightSampler::shares_on_way(const Vec3& point, const Vec3& direction, const 
         const double facing = -dot(light.normal, direction);
         if (facing <= 0.0) continue;
         const double distance = dot(point - light.corner, light.normal) / facing;
-        if (distance <= 0.0 || (hit && distance * short_of_target >= hit.distance)) continue;
+        if (!light.lights(point) || (hit && distance * short_of_target >= hit.distance)) continue;
         const Vec3 across = point + distance * direction - light.corner;
         const double s = dot(across, light.u) / length_squared(light.u);
         const double t = dot(across, light.v) / length_squared(light.v);
@@ -313,6 +313,10 @@ Rgb LightSampler::shares_at_end(const Vec3& direction, const Hit& hit, const Sha
     return out;
 }
 
+bool LightSampler::Rectangle::lights(const Vec3& point) const {
+    return dot(normal, point - corner) > no_height(point, corner, std::max(length(u), length(v)));
+}
+
 LightRay LightSampler::towards(const PointLike& light, const Vec3& point, const Vec3& normal) const {
     if (light.kind == PointLike::distant)
         return {light.place, Ray{}.length, std::max(0.0, dot(normal, light.place)) * light.color};
@@ -328,7 +332,7 @@ LightRay LightSampler::towards(const Rectangle& light, const Vec3& point, const 
                                double v) const {
     const Vec3 d = light.corner + u * light.u + v * light.v - point;
     const double distance = length(d), cosine = dot(normal, d) / distance, facing = -dot(light.normal, d) / distance;
-    if (!(cosine > 0.0 && facing > 0.0)) return {};
+    if (!(cosine > 0.0 && facing > 0.0) || !light.lights(point)) return {};
     const double density = distance * distance / (facing * light.area);
     const Rgb irradiance = (cosine / (pi * density + cosine)) * light.exitance;
     return {d / distance, distance, irradiance, Hit::none, false, density};

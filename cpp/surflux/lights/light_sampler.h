@@ -99,6 +99,8 @@ private:
         double area;
         Rgb exitance;
         int group = 0;
+        // Does a point lie before it?
+        bool lights(const Vec3& point) const;
     };
     // A disk (c unused: centre a, radius b.x) or a triangle that emits.
     struct Piece {

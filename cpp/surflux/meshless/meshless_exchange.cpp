@@ -82,7 +82,10 @@ void MeshlessExchange::for_finest_rows(std::uint32_t surfel, const Visit& visit)
 HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     HemisphereLoss out;
     const double outside = means_.outside(surfel);
-    if (outside == 0.0) return out;
+    if (outside == 0.0) {  // in a body, of which it sees the inside
+        out.into_backs = 1.0;
+        return out;
+    }
     const Rgb mean = means_.mean(surfel, found_) / outside;
     out.escape = std::clamp(mean.x, 0.0, 1.0);
     out.into_backs = std::clamp(mean.y, 0.0, 1.0 - out.escape);
@@ -260,12 +263,17 @@ void MeshlessExchange::share_among_wide(const ReciprocalScaling& scaling, const 
                                  : 0.0;
 }
 
-Figures MeshlessExchange::power(const Solution& solution) const {
+Figures MeshlessExchange::power(const Solution& solution, const SurfelRefinement& refinement) const {
     const Surfels& s = scene_.surfels;
+    std::vector<HemisphereLoss> losses = losses_;
+    for (std::size_t k = 0; k < refinement.surfels().size(); ++k) {
+        const std::uint32_t i = refinement.surfels()[k];
+        if (means_.outside(i) == 1.0) losses[i] = refinement.found()[k].loss;
+    }
     PowerBalance balance;
     for (std::uint32_t i = 0; i < s.size(); ++i)
         balance.add(part_of_surfel_[i], {s.areas[i], s.reflectance[i], s.emission[i], solution.direct[i],
-                                         solution.irradiance[i], losses_[i]});
+                                         solution.irradiance[i], losses[i]});
     return balance.figures();
 }
 

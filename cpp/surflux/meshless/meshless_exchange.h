@@ -7,6 +7,7 @@
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/surfel_means.h"
+#include "surflux/meshless/surfel_refinement.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/power_balance.h"
 #include "surflux/solution/reciprocal_scaling.h"
@@ -37,8 +38,9 @@ public:
     HemisphereGather::SenderPower sender_power(const ReciprocalScaling& scaling,
                                                const std::vector<Rgb>& coefficients) const;
 
-    // Where the power went. Rows may have been forgotten by then.
-    Figures power(const Solution& solution) const;
+    // Where the power went; of surfels that have rays of their own, by those, unless some of these leave from places
+    // inside geometry, which send nothing. Rows may have been forgotten by then.
+    Figures power(const Solution& solution, const SurfelRefinement& refinement) const;
 
 private:
     double reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const;

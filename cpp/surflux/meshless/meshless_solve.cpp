@@ -281,7 +281,7 @@ void MeshlessRadiosity::write() {
         MeshlessField::At light;
         std::size_t level = field_->basis.levels();  // surfels by themselves are as a level of their own
         if (own[i] != Receivers::none) {
-            light = refinement.found()[own[i]];
+            light = refinement.found()[own[i]].light;
         } else {
             std::uint32_t finest = 0;
             means_.for_functions(i, [&](std::uint32_t j, double weight) {
@@ -301,7 +301,7 @@ void MeshlessRadiosity::write() {
         out_.radiosity[i] = s.emission[i] + s.reflectance[i] * light.all;
     };
     parallel_for(n, 256, write_one, stage("evaluation"));
-    power_ = exchange.power(out_);
+    power_ = exchange.power(out_, refinement);
 }
 
 }  // namespace

@@ -25,21 +25,24 @@ SurfelRefinement::SurfelRefinement(const Scene& scene, const SurfaceLight& light
 }
 
 // Of the light that the basis has, all.
-std::vector<MeshlessField::At> SurfelRefinement::gather(const std::vector<std::uint32_t>& surfels,
-                                                        const std::vector<int>& counts, const Progress& progress) {
+std::vector<SurfelRefinement::Found> SurfelRefinement::gather(const std::vector<std::uint32_t>& surfels,
+                                                              const std::vector<int>& counts,
+                                                              const Progress& progress) {
     const Surfels& s = scene_.surfels;
     std::vector<Place> places;
     for (const std::uint32_t i : surfels) places.push_back({s.positions[i], s.normals[i], i, i});
-    std::vector<MeshlessField::At> out;
+    std::vector<Found> out;
     for (const auto& [row, gathered] : gather_.once(places, counts, coefficients_, sent_, progress)) {
         const std::uint32_t i = surfels[out.size()];
-        out.push_back({row.scaled_sky() + row.emitted_scale * row.emitted, row.scaled_sky()});
-        if (options_.reflected) out.back().all += row.first_scale * row.first_bounce + gathered;
+        MeshlessField::At light{row.scaled_sky() + row.emitted_scale * row.emitted, row.scaled_sky()};
+        if (options_.reflected) light.all += row.first_scale * row.first_bounce + gathered;
         if (light_.lights_in_basis()) {
-            out.back().all += light_.direct_at_surfel(i);
-            out.back().direct += light_.direct_at_surfel(i);
+            light.all += light_.direct_at_surfel(i);
+            light.direct += light_.direct_at_surfel(i);
         }
-        out.back().clamp();
+        light.clamp();
+        const double variance = s.areas[i] * variance_of_share(row.met(), static_cast<double>(row.rays));
+        out.push_back({light, {row.escape, row.into_backs, 0.0, variance}});
     }
     return out;
 }
@@ -134,8 +137,8 @@ void SurfelRefinement::run(const Progress& progress) {
     const std::size_t rays = static_cast<std::size_t>(tuning_.trying_share * static_cast<double>(gather_.rays()));
     const int trying_rays = std::max(1, static_cast<int>(tuning_.trying_rays));
     const std::vector<std::uint32_t> tried = largest(neither, rays / static_cast<std::size_t>(trying_rays));
-    const std::vector<MeshlessField::At> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
-    for (std::size_t k = 0; k < tried.size(); ++k) off[tried[k]] = contradicted(tried[k], by_few[k], trying_rays);
+    const std::vector<Found> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
+    for (std::size_t k = 0; k < tried.size(); ++k) off[tried[k]] = contradicted(tried[k], by_few[k].light, trying_rays);
     for (std::uint32_t i = 0; i < n; ++i)
         if (off[i]) surfels_.push_back(i);
     found_ = gather(surfels_, rays_for(surfels_), progress);
@@ -146,9 +149,9 @@ void SurfelRefinement::run(const Progress& progress) {
         spent += static_cast<std::size_t>(counts[taken]);
     doubted.resize(taken);
     counts.resize(taken);
-    const std::vector<MeshlessField::At> found = gather(doubted, counts, progress);
+    const std::vector<Found> found = gather(doubted, counts, progress);
     for (std::size_t k = 0; k < doubted.size(); ++k) {
-        if (!contradicted(doubted[k], found[k], counts[k])) continue;
+        if (!contradicted(doubted[k], found[k].light, counts[k])) continue;
         surfels_.push_back(doubted[k]);
         found_.push_back(found[k]);
     }

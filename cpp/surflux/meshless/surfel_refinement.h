@@ -11,6 +11,7 @@
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/surfel_means.h"
 #include "surflux/scene/scene.h"
+#include "surflux/solution/reciprocal_scaling.h"
 
 namespace surflux {
 
@@ -31,14 +32,18 @@ public:
 
     void run(const Progress& progress);
 
-    // The surfels that have rays of their own, and the irradiance that these found, of the light that the basis holds
-    // elsewhere.
+    // The surfels that have rays of their own, and what these found: the irradiance of the light that the basis holds
+    // elsewhere, and what met nothing or backs.
+    struct Found {
+        MeshlessField::At light;
+        HemisphereLoss loss;
+    };
     const std::vector<std::uint32_t>& surfels() const { return surfels_; }
-    const std::vector<MeshlessField::At>& found() const { return found_; }
+    const std::vector<Found>& found() const { return found_; }
 
 private:
-    std::vector<MeshlessField::At> gather(const std::vector<std::uint32_t>& surfels, const std::vector<int>& counts,
-                                          const Progress& progress);
+    std::vector<Found> gather(const std::vector<std::uint32_t>& surfels, const std::vector<int>& counts,
+                              const Progress& progress);
     double allowed(std::uint32_t surfel) const;
     int least_rays() const { return std::max(1, static_cast<int>(tuning_.least_own_rays)); }
     int rays_for(std::uint32_t surfel) const;
@@ -59,7 +64,7 @@ private:
     HemisphereGather& gather_;
     std::vector<Rgb> sent_;
     std::vector<std::uint32_t> surfels_;
-    std::vector<MeshlessField::At> found_;
+    std::vector<Found> found_;
 };
 
 }  // namespace surflux

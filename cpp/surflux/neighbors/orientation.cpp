@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "surflux/core/parallel.h"
+#include "surflux/neighbors/signed_forest.h"
 
 namespace surflux {
 
@@ -20,32 +20,6 @@ struct Edge {
         if (weight != other.weight) return weight < other.weight;
         return a != other.a ? a < other.a : b < other.b;
     }
-};
-
-// Which tree each place is in, and whether its normal is turned against that of the root (union-find with parity).
-class Forest {
-public:
-    explicit Forest(std::size_t n) : parent_(n), size_(n, 1), turned_(n, 0) {
-        std::iota(parent_.begin(), parent_.end(), 0u);
-    }
-    std::uint32_t root(std::uint32_t i, bool& turned) const {
-        turned = false;
-        for (; parent_[i] != i; i = parent_[i]) turned ^= turned_[i] != 0;
-        return i;
-    }
-    void join(const Edge& edge) {
-        bool turned_a, turned_b;
-        std::uint32_t a = root(edge.a, turned_a), b = root(edge.b, turned_b);
-        if (a == b) return;
-        if (size_[a] < size_[b]) std::swap(a, b);  // no path gets longer than log2 n
-        parent_[b] = a;
-        turned_[b] = turned_a ^ turned_b ^ edge.opposite;
-        size_[a] += size_[b];
-    }
-
-private:
-    std::vector<std::uint32_t> parent_, size_;
-    std::vector<std::uint8_t> turned_;
 };
 
 // In pieces that are merged, with a report after each: of millions of edges one sort takes seconds.
@@ -100,6 +74,11 @@ bool mirror_decides(double agreement, double cosine) {
     return (agreement < 0.0) != (cosine < 0.0) && std::abs(cosine) > upright;
 }
 
+TreeLink::TreeLink(const Vec3& n, const Vec3& m, const Vec3& d, double spacings)
+    : agree(agreement(n, m, d)),
+      weight(1.0 - std::abs(agree) + 0.1 * length(d) / spacings),
+      is_doubtful(mirror_decides(agree, dot(n, m))) {}
+
 std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
                                          const NeighborGraph& graph, double least, std::vector<Vec3>& normals,
                                          const Progress& progress) {
@@ -110,20 +89,17 @@ std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const 
         for (std::size_t k = 0; k < graph[i].size(); ++k) {
             const auto from = static_cast<std::uint32_t>(i);
             const std::uint32_t to = graph[i][k];
-            const Vec3 d = places[to] - places[i];
-            const double agree = agreement(normals[i], normals[to], d);
-            const double weight = 1.0 - std::abs(agree) + 0.1 * length(d) / (spacing[i] + spacing[to]);
-            const bool doubtful = mirror_decides(agree, dot(normals[i], normals[to]));
+            const TreeLink link(normals[i], normals[to], places[to] - places[i], spacing[i] + spacing[to]);
             // Smaller index first, so that an edge seen from both its ends is the same edge.
             Edge& edge = edges[start[i] + k];
-            edge = {static_cast<float>(weight), agree < 0.0, std::min(from, to), std::max(from, to)};
-            if (least > 0.0 && (doubtful || std::abs(agree) < least)) edge.a = edge.b;  // leads nowhere
+            edge = {static_cast<float>(link.weight), link.agree < 0.0, std::min(from, to), std::max(from, to)};
+            if (least > 0.0 && (link.is_doubtful || std::abs(link.agree) < least)) edge.a = edge.b;  // leads nowhere
         }
     });
     sort_edges(edges, progress);
-    Forest forest(places.size());
+    SignedForest forest(places.size());
     for (std::size_t k = 0; k < edges.size(); ++k) {
-        forest.join(edges[k]);
+        forest.join(edges[k].a, edges[k].b, edges[k].opposite);
         report_some(progress, k, edges.size(), std::size_t{1} << 18);
     }
 

@@ -19,13 +19,21 @@ double agreement(const Vec3& n, const Vec3& m, const Vec3& d);
 // degrees, where without it they say nothing.
 bool mirror_decides(double agreement, double cosine);
 
+// A link of two neighbours, d apart, in the spanning tree of orient_sheets: 1 - |agreement| and a little of the
+// distance, over the sum of their spacings.
+struct TreeLink {
+    double agree, weight;
+    bool is_doubtful;  // mirroring decides
+
+    TreeLink(const Vec3& n, const Vec3& m, const Vec3& d, double spacings);
+};
+
 using NeighborGraph = std::vector<std::vector<std::uint32_t>>;
 
 // Turns unit normals so that neighbours agree: along a minimum spanning tree of the neighbour graph (Hoppe et al. 1992,
-// sec. 3.3) whose weights are 1 - |agreement| and a little of the distance. Where `least` is above 0, links with an
-// |agreement| below it do not count, nor do those for which mirroring decides. Returns for each place
-// a number that all places of its tree have in common, and no others; which way a tree as a whole faces is chance.
-// `spacing`, per place: the distance to a near neighbour.
+// sec. 3.3). Where `least` is above 0, links with an |agreement| below it do not count, nor do those for which
+// mirroring decides. Returns for each place a number that all places of its tree have in common, and no others; which
+// way a tree as a whole faces is chance. `spacing`, per place: the distance to a near neighbour.
 std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
                                          const NeighborGraph& graph, double least, std::vector<Vec3>& normals,
                                          const Progress& progress = {});

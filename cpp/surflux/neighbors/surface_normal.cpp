@@ -92,6 +92,9 @@ Vec3 SurfaceNormal::star(const std::vector<Neighbor>& group, const Vec3& n) {
     // Of reach_. Copies of the place that are rounded otherwise, and points beside it by chance, lie in any direction,
     // and triangles with them would span half of all around.
     constexpr double nearest = 0.08;
+    // Sine of the angle between spokes on either side of an open border. Where it is straight, their plane is noise: at
+    // 1e-6 half of the border of a grid was off by 22 degrees, at .1 to .3 none, and creases lose 1 % or less.
+    constexpr double opposite = 0.2;
     const Frame frame = frame_around(n);
     spokes_.clear();
     for (std::size_t k = 1; k < group.size(); ++k) {
@@ -121,8 +124,8 @@ Vec3 SurfaceNormal::star(const std::vector<Neighbor>& group, const Vec3& n) {
     Vec3 sum;
     for (std::size_t k = 0; k + 1 < hull_.size(); ++k) {
         const Spoke &a = hull_[k], &b = hull_[k + 1];
-        // The far side of an open border, also where it is straight: opposite spokes have no plane but by rounding.
-        if (!(a.u * b.v - a.v * b.u > 1e-6 * std::hypot(a.u, a.v) * std::hypot(b.u, b.v))) continue;
+        // The far side of an open border.
+        if (!(a.u * b.v - a.v * b.u > opposite * std::hypot(a.u, a.v) * std::hypot(b.u, b.v))) continue;
         const Vec3 c = cross(a.d, b.d);
         const double size = length(c);
         if (size > 0.0) sum += std::atan2(size, dot(a.d, b.d)) / size * c;

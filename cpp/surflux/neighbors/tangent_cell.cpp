@@ -62,17 +62,19 @@ void TangentCell::cut(const Vec3& neighbor, bool crease) {
     std::swap(corners_, cut_);
 }
 
-double TangentCell::covering_radius() const {
+double TangentCell::covering_radius(double border) const {
     double radius = 0.0;
     for (std::size_t k = 0; k < corners_.size(); ++k) {
         const Corner &before = corners_[k > 0 ? k - 1 : corners_.size() - 1], &c = corners_[k];
         const double p = std::hypot(before.nx, before.ny), q = std::hypot(c.nx, c.ny);
+        const double corner = std::hypot(c.x, c.y);
         if (p > 0.0 && q > 0.0 && (before.crease || c.crease))
-            radius = std::max(radius, std::hypot(c.x, c.y));
-        else if (p > 0.0 && q > 0.0)
-            radius = std::max(radius, reach_in_triangle(before.nx, before.ny, c.nx, c.ny, std::hypot(c.x, c.y)));
-        else
-            radius = std::max(radius, 0.5 * std::max(p, q));
+            radius = std::max(radius, corner);
+        else if (p > 0.0 && q > 0.0 && corner <= border)
+            radius = std::max(radius, reach_in_triangle(before.nx, before.ny, c.nx, c.ny, corner));
+        else if (const double half_way = 0.5 * (p > 0.0 && q > 0.0 ? std::min(p, q) : std::max(p, q));
+                 half_way <= border)
+            radius = std::max(radius, half_way);
     }
     return radius;
 }

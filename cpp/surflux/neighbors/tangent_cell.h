@@ -24,8 +24,9 @@ public:
     double farthest() const { return farthest_; }
     // The least radius with which disks around this point and its neighbours in the cell cover every Delaunay triangle
     // that it has with two of them, each the part that is nearest to it. Where no two neighbours enclose a corner, half
-    // the way to the neighbour; 0 without neighbours.
-    double covering_radius() const;
+    // the way to the neighbour; 0 without neighbours. A corner farther away than `border` is beyond a border, and two
+    // neighbours that enclose it are on other sheets, or far along this one's border.
+    double covering_radius(double border) const;
 
 private:
     struct Corner {

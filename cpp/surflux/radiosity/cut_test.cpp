@@ -152,8 +152,9 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
 }
 
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                                    const std::vector<double>& sent, const Allowed& allowed, double reference,
-                                    double usual_area, int most_rays, const Progress& progress) {
+                                    const std::vector<double>& sent, const Allowed& allowed,
+                                    const std::vector<double>& arrived, double reference, double usual_area,
+                                    int most_rays, const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
@@ -233,6 +234,13 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                     const double most = std::min(std::max(close_by, off), color_norm(value[k] + around));
                     // Second order: between neighbours on all sides, half as far, a quarter of it.
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);
+                }
+                if (!arrived.empty() && arrived[k] > allowed.error[k] &&
+                    color_norm(value[k]) < tuning_.missed * arrived[k]) {
+                    out.refine[k] = out.refine[k] || !tree_.is_leaf(node);
+                    const int more = 2 * static_cast<int>(gathering_.row(cut.rows[k]).rays);
+                    if (more <= most_rays && (k >= cut.rays.size() || more > cut.rays[k]))
+                        out.rays[k] = std::max(out.rays[k], more);
                 }
                 squared[k] = spread * spread + interpolation_error * interpolation_error;
             }

@@ -41,8 +41,8 @@ public:
     // the RMS of H. `most_rays`: of a node. All nodes are asked each time: one that saw nothing of what is small and
     // bright learns of it by those around it, once they have given way to their members.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                      const std::vector<double>& sent, const Allowed& allowed, double reference, double usual_area,
-                      int most_rays, const Progress& progress);
+                      const std::vector<double>& sent, const Allowed& allowed, const std::vector<double>& arrived,
+                      double reference, double usual_area, int most_rays, const Progress& progress);
     struct Noise {
         std::vector<double> standard_error;  // of each node, from the halves of its rays and those of nodes around
         std::vector<int> rays;               // that it wants, where that is more than is allowed; else 0

@@ -155,6 +155,25 @@ void GatheredSystem::find_parts(const Progress& progress) {
     part_ = sets.numbered(places);
 }
 
+GatheredSystem::Account GatheredSystem::account(const std::vector<double>& x, const Progress& progress) const {
+    constexpr std::size_t grain = 4096;
+    std::vector<Account> blocks((tree_.points() + grain - 1) / grain);
+    const auto add = [&](std::size_t begin, std::size_t end) {
+        Account& of = blocks[begin / grain];
+        for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
+            if (!tree_.is_leaf(p)) continue;
+            const Rgb h = irradiance(p, x), direct = sources_.from_lights(p) + sky(p);
+            of.power.add(part(p), {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h, loss(p)});
+            of.squared += tree_.area(p) * color_norm(h) * color_norm(h);
+            of.area += tree_.area(p);
+        }
+    };
+    parallel_blocks(tree_.points(), grain, add, progress);
+    Account all;
+    for (const Account& of : blocks) all.power += of.power, all.squared += of.squared, all.area += of.area;
+    return all;
+}
+
 HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
     HemisphereLoss out;
     const InterpolationMatrix::Row near = weights(point);

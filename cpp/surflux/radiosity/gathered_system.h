@@ -10,6 +10,7 @@
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/solution/interpolation_matrix.h"
 #include "surflux/solution/linear.h"
+#include "surflux/solution/power_balance.h"
 #include "surflux/solution/reciprocal_scaling.h"
 
 namespace surflux {
@@ -56,6 +57,12 @@ public:
     Rgb sky(std::uint32_t point) const;
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
+    // Where the power of x went, and the squared luminance of all irradiance by area.
+    struct Account {
+        PowerBalance power;
+        double squared = 0.0, area = 0.0;
+    };
+    Account account(const std::vector<double>& x, const Progress& progress = {}) const;
     // What all nodes of the tree send for x, scaled as by scale_by_reciprocity().
     const std::vector<double>& sent(const std::vector<double>& x, const Progress& progress = {});
     // The same without the factors of senders, which end here.

@@ -15,7 +15,6 @@
 #include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/nodal_regression.h"
-#include "surflux/solution/power_balance.h"
 #include "surflux/solution/stopwatch.h"
 
 namespace surflux {
@@ -24,13 +23,14 @@ namespace {
 
 constexpr std::size_t least_first_nodes = 200;
 constexpr int most_iterations = 16, most_applications = 100, most_rounds = 2;
-constexpr std::uint64_t probe_stream = 0x9706e;
+constexpr std::uint64_t probe_stream = 0x9706e, particle_stream = 0xa817f;
 
 class GlobalRefinement {
 public:
     GlobalRefinement(const Scene& scene, const Tracer& tracer, const Sight& sight, SurfelTree& tree,
                      const RefinementOptions& options, const StageProgress& progress, Stopwatch& watch, Solution& out)
         : scene_(scene),
+          tracer_(tracer),
           options_(options),
           progress_(progress),
           out_(out),
@@ -66,8 +66,8 @@ public:
         solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
             find_allowed();
-            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_,
-                                                   most_rays(), stage("gathering"));
+            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, allowed_, arrived(), reference_,
+                                                   usual_area_, most_rays(), stage("gathering"));
             error_ = found.error;
             out_.history.back().emplace_back("error", error_);
             if (iteration == 0 && options_.insert) insert_for_sources();
@@ -109,7 +109,7 @@ private:
     }
 
     void shoot() {
-        rays_->shoot(cut_, sent_, system_->channels(), stage("gathering"));
+        rays_->shoot(cut_, sent_, system_->channels(), particles_, stage("gathering"));
         watch_.lap("gathering");
     }
 
@@ -159,26 +159,7 @@ private:
     void report(const LinearReport& linear, std::size_t refined) {
         const Progress at_end = standing_at(1, 1, stage("solve"));
         sent_ = &system_->sent(values_, at_end);
-        struct Account {
-            PowerBalance power;
-            double squared = 0.0, area = 0.0;
-        };
-        constexpr std::size_t grain = 4096;
-        std::vector<Account> blocks((tree_.points() + grain - 1) / grain);
-        const auto account = [&](std::size_t begin, std::size_t end) {
-            Account& of = blocks[begin / grain];
-            for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
-                if (!tree_.is_leaf(p)) continue;
-                const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
-                of.power.add(system_->part(p),
-                             {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h, system_->loss(p)});
-                of.squared += tree_.area(p) * color_norm(h) * color_norm(h);
-                of.area += tree_.area(p);
-            }
-        };
-        parallel_blocks(tree_.points(), grain, account, at_end);
-        Account all;
-        for (const Account& of : blocks) all.power += of.power, all.squared += of.squared, all.area += of.area;
+        const GatheredSystem::Account all = system_->account(values_, at_end);
         reference_ = std::sqrt(all.squared / all.area);
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
                                 {"cut", static_cast<double>(cut_.nodes.size())},
@@ -196,6 +177,24 @@ private:
         out_.history.back().insert(out_.history.back().end(), balance.begin(), balance.end());
         watch_.lap("solve");
         out_.history.back().emplace_back("seconds", total_seconds(out_.timings));
+    }
+
+    // What particles bring to nodes, where some are dim.
+    std::vector<double> arrived() {
+        if (particles_.empty()) {
+            double dim = 0.0, all = 0.0;
+            for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
+                const double area = tree_.area(cut_.nodes[k]);
+                const double light = luminance(system_->value(values_, k) + system_->found(k) +
+                                               sources_[tree_.representative(cut_.nodes[k])]);
+                if (light < options_.tuning.dim * reference_) dim += area;
+                all += area;
+            }
+            if (!(dim > options_.tuning.little * all)) return {};
+            particles_.shoot(tree_, tracer_, *sent_, system_->channels(), options_.seed + particle_stream,
+                             stage("gathering"));
+        }
+        return particles_.irradiance(tree_, cut_);
     }
 
     // By the node above a point, or above the surfel that it was just inserted below.
@@ -304,6 +303,7 @@ private:
     void write_light();
 
     const Scene& scene_;
+    const Tracer& tracer_;
     const RefinementOptions& options_;
     const StageProgress& progress_;
     Solution& out_;
@@ -319,6 +319,7 @@ private:
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
     std::unique_ptr<NodeRays> rays_;
+    LightParticles particles_;
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
     CutTest::Allowed allowed_;

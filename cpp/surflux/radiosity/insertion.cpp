@@ -190,7 +190,6 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
     const NormalField& from = normals();
     parallel_blocks(chosen.size(), 32, [&](std::size_t begin, std::size_t end) {
         Neighborhood around;
-        std::vector<Interpolation::Weight> weights;
         for (std::size_t k = begin; k < end; ++k) {
             const std::uint32_t leaf = chosen[k];
             const Vec3 center = tree_.position(leaf), w = tree_.normal(leaf);
@@ -204,16 +203,12 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
                 SurfelTree::Child& child = families[k].children[c];
                 child.position = center + (reach * signs[c][0]) * u + (reach * signs[c][1]) * v;
                 child.normal = w;
-                if (!tree_.piece(leaf).empty()) {  // what is painted on a patch ends where it does
+                // That of its surfel, which B = E + rho H goes by; pictures blend between surfels.
+                child.reflectance = tree_.reflectance(leaf);
+                if (tree_.piece(leaf).empty())
+                    child.normal = from.at(child.position, w, tree_.object(leaf));
+                else
                     child.position = kept_on_patch(leaf, child.position);
-                    child.reflectance = tree_.reflectance(leaf);
-                    continue;
-                }
-                leaves.sites->at(child.position, w, tree_.object(leaf), weights);
-                child.reflectance = {};
-                for (const Interpolation::Weight& other : weights)
-                    child.reflectance += other.weight * tree_.reflectance(leaves.points[other.site]);
-                child.normal = from.at(child.position, w, tree_.object(leaf));
             }
         }
     });

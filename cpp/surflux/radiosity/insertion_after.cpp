@@ -11,6 +11,52 @@
 
 namespace surflux {
 
+namespace {
+
+constexpr std::size_t around = 9;        // surfels, the one itself among them
+constexpr double between_places = 0.25;  // of second order: half as far, a quarter of the error
+
+// Marks surfels around which emitters' light is better interpolated from the exchange between surfels, which has no
+// noise, than found by rays: these are off by more than is wanted, and by more than interpolation is.
+std::vector<char> noisy_emitters(const Surfels& s, const std::vector<std::uint32_t>& objects,
+                                 const Interpolation& sites, const std::vector<Rgb>& exact,
+                                 const std::vector<Rgb>& missing, double wanted, const Progress& progress) {
+    std::vector<double> noise(s.size()), bend(s.size());
+    std::vector<char> out(s.size(), 0);
+    const auto near_each = [&](const auto& body) {
+        parallel_blocks(
+            s.size(), 64,
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<Interpolation::Weight> near;
+                for (std::size_t i = begin; i < end; ++i) {
+                    sites.nearest(s.positions[i], s.normals[i], objects[i], around, near);
+                    body(i, near);
+                }
+            },
+            progress);
+    };
+    near_each([&](std::size_t i, const std::vector<Interpolation::Weight>& near) {
+        Rgb others;
+        double squared = 0.0;
+        for (const Interpolation::Weight& other : near) {
+            squared += luminance(missing[other.site]) * luminance(missing[other.site]);
+            if (other.site != i) others += exact[other.site];
+        }
+        const auto count = static_cast<double>(near.size());
+        noise[i] = std::sqrt(squared / count);
+        bend[i] = count > 1.0 ? std::abs(luminance(others) / (count - 1.0) - luminance(exact[i])) : 0.0;
+    });
+    near_each([&](std::size_t i, const std::vector<Interpolation::Weight>& near) {
+        double squared = 0.0;
+        for (const Interpolation::Weight& other : near) squared += bend[other.site] * bend[other.site];
+        const double interpolated = between_places * std::sqrt(squared / static_cast<double>(near.size()));
+        out[i] = noise[i] > std::max(wanted, interpolated);
+    });
+    return out;
+}
+
+}  // namespace
+
 void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelTree& tree, LitPoints& lit,
                   const Progress& progress, Solution& solution) {
     const Surfels& s = scene.surfels;
@@ -33,6 +79,12 @@ void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelT
     std::vector<Rgb> light(n);
     for (std::size_t i = 0; i < n; ++i) light[i] = direct[i] + emitted[i] + others[i];
     const NodalField field(s.positions, s.normals, scene.object);
+    const bool has_emitters = !solution.emitted.empty();
+    const std::vector<char> is_noisy = has_emitters ? noisy_emitters(s, scene.object, field.interpolation(),
+                                                                     solution.emitted, emitted, wanted, progress)
+                                                    : std::vector<char>();
+    const NodalField::Values exact_field =
+        has_emitters ? field.fit(solution.emitted, &sight, progress) : NodalField::Values{};
     const NodalField::Values direct_field = field.fit(direct, &sight, progress),
                              emitted_field = field.fit(emitted, &sight, progress),
                              other_field = field.fit(others, &sight, progress);
@@ -58,7 +110,10 @@ void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelT
                     if (!sight.keep_joined(tree.position(p), tree.normal(p), field.sites(), light, near))
                         near.assign(1, {tree.surfel(p), 1.0});
                     direct[k] = field.at(direct_field, tree.position(p), tree.normal(p), near);
-                    emitted[k] = field.at(emitted_field, tree.position(p), tree.normal(p), near);
+                    emitted[k] =
+                        has_emitters && is_noisy[tree.surfel(p)]
+                            ? field.at(exact_field, tree.position(p), tree.normal(p), near) - lit.from_emitters(p)
+                            : field.at(emitted_field, tree.position(p), tree.normal(p), near);
                     others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);
                 }
             },

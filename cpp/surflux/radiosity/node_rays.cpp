@@ -22,7 +22,8 @@ int NodeRays::usual_rays(std::uint32_t node) const {
     return rays;
 }
 
-void NodeRays::shoot(Cut& cut, const std::vector<double>* sent, std::size_t channels, const Progress& progress) {
+void NodeRays::shoot(Cut& cut, const std::vector<double>* sent, std::size_t channels, const LightParticles& particles,
+                     const Progress& progress) {
     Fresh fresh, aimed;
     cut.rays.resize(cut.nodes.size(), 0);
     row_of_.resize(tree_.points(), SurfelTree::none);
@@ -35,18 +36,18 @@ void NodeRays::shoot(Cut& cut, const std::vector<double>* sent, std::size_t chan
         asked_[p] = aim ? wanted : usual;
         Fresh& to = aim ? aimed : fresh;
         to.places.push_back(LitPoints::place(tree_, p));
-        to.points.push_back(p);
+        to.nodes.push_back(cut.nodes[k]);
         to.counts.push_back(aim ? wanted : usual);
     }
     const auto number = [&](const Fresh& of) {
         auto row = static_cast<std::uint32_t>(gathering_.size());
-        for (const std::uint32_t p : of.points) row_of_[p] = row++;
+        for (const std::uint32_t node : of.nodes) row_of_[tree_.representative(node)] = row++;
     };
     number(fresh);
     gathering_.add(fresh.places, fresh.counts, progress);
-    if (!aimed.points.empty()) {
+    if (!aimed.nodes.empty()) {
         number(aimed);
-        shoot_aimed(aimed, *sent, channels, progress);
+        shoot_aimed(aimed, *sent, channels, particles, progress);
         any_aimed_ = true;
     }
     cut.rows.resize(cut.nodes.size());
@@ -59,7 +60,7 @@ void NodeRays::shoot(Cut& cut, const std::vector<double>* sent, std::size_t chan
 }
 
 void NodeRays::shoot_aimed(const Fresh& fresh, const std::vector<double>& sent, std::size_t channels,
-                           const Progress& progress) {
+                           const LightParticles& particles, const Progress& progress) {
     std::vector<Vec3> positions, normals;
     std::vector<std::uint32_t> objects;
     for (const std::uint32_t p : last_points_) {
@@ -67,15 +68,17 @@ void NodeRays::shoot_aimed(const Fresh& fresh, const std::vector<double>& sent, 
         normals.push_back(tree_.normal(p));
         objects.push_back(tree_.object(p));
     }
-    const Interpolation sites(positions, normals, objects, standing_at(0, fresh.points.size(), progress));
+    const Interpolation sites(positions, normals, objects, standing_at(0, fresh.nodes.size(), progress));
     gathering_.add_aimed(
         fresh.places, fresh.counts,
         [&](std::size_t k, std::vector<Aim>& aims) {
             const Place& place = fresh.places[k];
             std::vector<Interpolation::Weight> near;
-            sites.nearest(place.position, place.normal, tree_.object(fresh.points[k]), rows_around, near);
+            const std::uint32_t object = tree_.object(tree_.representative(fresh.nodes[k]));
+            sites.nearest(place.position, place.normal, object, rows_around, near);
             for (const Interpolation::Weight& w : near)
                 gathering_.aims_of(last_rows_[w.site], sent, channels, place.position, aims);
+            particles.aims_of(fresh.nodes[k], tree_, place.position, aims);
         },
         progress);
 }

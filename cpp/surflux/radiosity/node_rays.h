@@ -6,6 +6,7 @@
 #include "surflux/core/progress.h"
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/gathering.h"
+#include "surflux/radiosity/light_particles.h"
 
 namespace surflux {
 
@@ -20,7 +21,8 @@ public:
 
     // Shoots what is missing, and fills in the rows of the cut. `sent`: what all nodes sent last, `channels`
     // interleaved; none are aimed before there is any.
-    void shoot(Cut& cut, const std::vector<double>* sent, std::size_t channels, const Progress& progress);
+    void shoot(Cut& cut, const std::vector<double>* sent, std::size_t channels, const LightParticles& particles,
+               const Progress& progress);
     // Are any aimed?
     bool any_aimed() const { return any_aimed_; }
     // Nothing more is shot: gives back what that alone needs.
@@ -32,12 +34,12 @@ public:
 private:
     struct Fresh {
         std::vector<Place> places;
-        std::vector<std::uint32_t> points;
+        std::vector<std::uint32_t> nodes;
         std::vector<int> counts;
     };
     int usual_rays(std::uint32_t node) const;
     void shoot_aimed(const Fresh& fresh, const std::vector<double>& sent, std::size_t channels,
-                     const Progress& progress);
+                     const LightParticles& particles, const Progress& progress);
 
     const SurfelTree& tree_;
     Gathering& gathering_;

@@ -294,20 +294,22 @@ PairExchange::Pair PairExchange::precise(std::uint32_t i, std::uint32_t j) const
     const Surfels& s = scene_.surfels;
     const double extent = std::max(extent_[i], extent_[j]);
     const double ratio = length(s.positions[j] - s.positions[i]) / extent;
-    // From there on the contour's terms cancel to less than the kernel gives.
+    // From there on the contour's terms cancel to less than the kernel gives; quadrature has none that do.
     constexpr double largest_ratio = 1e3;
-    if (!points_.is_patch(i) || !points_.is_patch(j) || ratio > largest_ratio) return (*this)(i, j);
+    if (!points_.is_patch(i) || !points_.is_patch(j) || (ratio > largest_ratio && !face_wholly(i, j)))
+        return (*this)(i, j);
     if (ratio <= far_ratio && !rise_above_each_other(i, j)) return {};
     // Errors of square patches, turned at random: 1e-14 where they touch, 1e-9 over a gap of a tenth of their edge, at
     // most 1e-9 of the kernel between points facing each other farther off.
-    const double g = ratio <= mid_ratio                   ? between_polygons(i, j, 32, Grading::steep)
-                     : ratio <= 6.0                       ? between_polygons(i, j, 6, Grading::plain)
-                     : ratio <= 8.0 || !face_wholly(i, j) ? between_polygons(i, j, 4, Grading::plain)
-                     : ratio <= 20.0                      ? by_quadrature<4>(i, j)
-                                                          : by_quadrature<3>(i, j);
+    const bool cancels = ratio <= 8.0 || !face_wholly(i, j);
+    const double g = ratio <= mid_ratio ? between_polygons(i, j, 32, Grading::steep)
+                     : ratio <= 6.0     ? between_polygons(i, j, 6, Grading::plain)
+                     : cancels          ? between_polygons(i, j, 4, Grading::plain)
+                     : ratio <= 20.0    ? by_quadrature<4>(i, j)
+                                        : by_quadrature<3>(i, j);
     const double least = std::min(s.areas[i], s.areas[j]);
     const Range range = ratio <= mid_ratio ? Range::near : ratio <= far_ratio ? Range::mid : Range::far;
-    return g > 1e-12 * least ? Pair{std::min(g, least), range} : Pair{};
+    return g > (cancels ? 1e-12 * least : 0.0) ? Pair{std::min(g, least), range} : Pair{};
 }
 
 double PairExchange::self(std::uint32_t i, const std::vector<std::uint32_t>& overlapping) const {

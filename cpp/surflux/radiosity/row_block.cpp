@@ -4,6 +4,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/lights/hemisphere_row.h"
+#include "surflux/radiosity/nearest_disks.h"
 
 namespace surflux {
 
@@ -16,6 +17,7 @@ constexpr std::uint64_t row_stream = 0x5e1ec7;
 RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
                      const std::vector<int>& counts, std::uint64_t seed, const Progress& progress, const Team& team) {
     const SurfelPoints points(scene.surfels);
+    const NearestDisks nearest(scene, standing_at(0, places.size(), progress));
     RowBlock out;
     out.rays.assign(counts.begin(), counts.end());
     out.into_backs.assign(places.size(), 0);
@@ -31,10 +33,12 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
             for (std::size_t row = first; row < last; ++row) {
                 gather_row(points, tracer, places[row], counts[row], seed + row_stream, *shot);
                 std::uint32_t* met = out.met.data() + room[row];
-                for (const Hit& hit : (*shot).hits) {
+                for (std::size_t k = 0; k < (*shot).hits.size(); ++k) {
+                    const Hit& hit = (*shot).hits[k];
+                    const Ray& ray = (*shot).rays[k];
                     if (!hit) continue;
                     if (hit.front)
-                        met[found[row]++] = hit.surfel;
+                        met[found[row]++] = nearest.owner(hit.surfel, ray.from.position + hit.distance * ray.direction);
                     else
                         ++out.into_backs[row];
                 }

@@ -12,8 +12,9 @@
 
 namespace surflux {
 
-// Rows of the transport operator as rays found them, before any weight: which surfels' fronts the cosine-distributed
-// rays of each place met. Plain data: a row is the same wherever and beside whichever others it is made.
+// Rows of the transport operator as rays found them, before any weight: which surfels' fronts (NearestDisks) the
+// cosine-distributed rays of each place met. Plain data: a row is the same wherever and beside whichever others it is
+// made.
 struct RowBlock {
     std::vector<std::size_t> begin{0};  // of each row in `met`, and the end of the last
     std::vector<std::uint32_t> met;     // surfels, ascending in each row, once for each ray

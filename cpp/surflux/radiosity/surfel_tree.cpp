@@ -4,17 +4,9 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
-#include "surflux/neighbors/point_index.h"
 #include "surflux/scene/patch_cells.h"
 
 namespace surflux {
-
-namespace {
-
-constexpr std::size_t beside = 8, looked_at = 24;
-constexpr double own_share = 0.16;  // squared distance over area: .4 of the spacing
-
-}  // namespace
 
 SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves,
                        const Progress& progress)
@@ -47,7 +39,7 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
         here += static_cast<std::uint32_t>(level.size());
         levels_.push_back(here - first_group_);
     }
-    if (!hierarchy.levels.empty()) find_neighbors(progress);
+    if (!hierarchy.levels.empty()) nearest_.emplace(scene, progress);
 }
 
 std::int32_t SurfelTree::level(std::uint32_t node) const {
@@ -65,42 +57,8 @@ std::pair<std::uint32_t, std::uint32_t> SurfelTree::level_of_at_least(std::size_
     return {0, static_cast<std::uint32_t>(surfels_)};
 }
 
-void SurfelTree::find_neighbors(const Progress& progress) {
-    const Surfels& s = scene_.surfels;
-    if (s.triangles.size() > 0 && std::adjacent_find(triangles_.begin(), triangles_.end()) == triangles_.end()) return;
-    const PointIndex index(s.positions, progress);
-    beside_.resize(surfels_ * beside);
-    const auto find = [&](std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        for (std::size_t k = begin; k < end; ++k) {
-            const auto i = static_cast<std::uint32_t>(k);
-            std::uint32_t* out = &beside_[k * beside];
-            std::fill_n(out, beside, i);
-            if (triangles_[i] != triangles_[i + 1]) continue;
-            index.nearest(s.positions[i], looked_at, near);
-            std::size_t count = 0;
-            for (const Neighbor& other : near)
-                if (other.index != i && count < beside && scene_.object[other.index] == scene_.object[i] &&
-                    triangles_[other.index] == triangles_[other.index + 1] &&
-                    dot(s.normals[other.index], s.normals[i]) > 0.5)
-                    out[count++] = other.index;
-        }
-    };
-    parallel_blocks(surfels_, 256, find, progress);
-}
-
 std::uint32_t SurfelTree::sender(std::uint32_t surfel, const Vec3& at, double reach) const {
-    if (!beside_.empty()) {
-        double least = length_squared(scene_.surfels.positions[surfel] - at);
-        // Well within its own cell it has no rival.
-        if (least > own_share * scene_.surfels.areas[surfel]) {
-            const std::uint32_t* others = &beside_[surfel * beside];
-            for (std::size_t k = 0; k < beside; ++k) {
-                const double squared = length_squared(scene_.surfels.positions[others[k]] - at);
-                if (squared < least) least = squared, surfel = others[k];
-            }
-        }
-    }
+    if (nearest_) surfel = nearest_->owner(surfel, at);
     std::uint32_t group = group_of_surfel_[surfel];
     if (group == none || groups_[group - first_group_].radius > reach) {
         std::uint32_t node = surfel;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "surflux/core/span.h"
 #include "surflux/radiosity/hierarchy.h"
+#include "surflux/radiosity/nearest_disks.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
@@ -64,11 +66,10 @@ public:
     std::pair<std::uint32_t, std::uint32_t> level_of_at_least(std::size_t count) const;
 
     // What sends when a surfel is met at a place: the leaf there, or the largest group around it that a circle of
-    // radius `reach` covers. Where disks overlap, and one may stick out through a thin wall, it is the one with the
-    // nearest centre that sends, whichever was met first.
+    // radius `reach` covers.
     std::uint32_t sender(std::uint32_t surfel, const Vec3& at, double reach) const;
-    // Nothing more is met: what sender() alone needs, 32 bytes of each surfel, is given back.
-    void end_of_rays() { std::vector<std::uint32_t>().swap(beside_); }
+    // Nothing more is met: what sender() alone needs is given back.
+    void end_of_rays() { nearest_.reset(); }
 
     struct Child {
         Vec3 position, normal;
@@ -111,7 +112,6 @@ private:
         if (first_child(p) == none) return visit(p);
         for (std::uint32_t k = 0; k < children; ++k) visit_leaves(first_child(p) + k, visit);
     }
-    void find_neighbors(const Progress& progress);
     template <class Values>
     auto of(const Values& given, const Values& added, std::uint32_t p) const -> decltype(given[p]) {
         return p < surfels_ ? given[p] : added[p - surfels_];
@@ -126,7 +126,7 @@ private:
     std::vector<std::uint32_t> triangles_;               // where those of each surfel begin
     std::vector<std::uint32_t> child_, inserted_child_;  // of surfels and inserted ones: the first of four, or none
     std::vector<std::uint32_t> group_of_surfel_;         // or none
-    std::vector<std::uint32_t> beside_;  // of each surfel, if it is a disk, its nearest others; or itself
+    std::optional<NearestDisks> nearest_;
     std::vector<std::uint32_t> group_of_group_;
     std::vector<Group> groups_;
     std::vector<std::uint32_t> members_;

@@ -32,6 +32,10 @@ struct RefinementTuning {
     double dimmest = 1e-3;
     // Where the standard error of a node's rays is more than that, it gets more of them, up to so many times.
     double most_more_rays = 4.0;
+    // Share of the light that particles bring to a node, of which its rays must have met as much at least; and of the
+    // RMS of H, below which places are so dim that particles are asked. What has no light is below any.
+    double missed = 0.25;
+    double dim = 0.01;
     // Radius of the smallest surfel that is inserted, over that of the scene's (RMS by area): finer borders of shadows.
     double smallest_share = 0.0625;
 
@@ -52,6 +56,8 @@ struct RefinementTuning {
         visit("local_weight", local_weight);
         visit("dimmest", dimmest);
         visit("most_more_rays", most_more_rays);
+        visit("missed", missed);
+        visit("dim", dim);
         visit("smallest_share", smallest_share);
     }
 };

@@ -8,6 +8,7 @@
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/render/joined_depth.h"
 #include "surflux/render/reach.h"
 #include "surflux/scene/box_tree.h"
 
@@ -159,9 +160,11 @@ void find_walls(const std::vector<Triangle>& triangles, const BoxTree& tree, con
 KernelWalls::KernelWalls(const Surfels& surfels, double footprint, const Progress& progress) {
     const std::size_t n = surfels.size();
     begin_.assign(n + 1, 0);
+    depth_.assign(n, std::numeric_limits<float>::infinity());
     if (surfels.triangles.empty()) return;
     const BoxTree tree(boxes_of(surfels.triangles));
     const std::vector<Reach> reach = reaches(surfels);
+    depth_ = joined_depths(surfels, tree, reach, progress);
     constexpr std::size_t grain = 1024;
     std::vector<std::vector<WallTrace>> found((n + grain - 1) / grain);
     const auto find = [&](std::size_t begin, std::size_t end) {

@@ -19,7 +19,8 @@ struct WallTrace {
 // A kernel blends where its centre sees along the surface, not behind a wall that stands on it: a floor goes on beneath
 // a wall, and its light does not. What no centre sees, as between the folds of a curtain, is blended of all (weights of
 // 1e-6 are left behind walls). Walls are triangles that stand by 60 degrees or more on the plane of the kernel, or
-// by 30 and face away from it, as the inside of a tent: with what is flatter, as in a bowl, the light blends.
+// by 30 and face away from it, as the inside of a tent: with what is flatter, as in a bowl, the light blends. Nor does
+// it blend with another sheet that stands off its plane farther than what it is joined to does.
 class KernelWalls {
 public:
     // Of kernels of `footprint` times what surfels reach (reach.h).
@@ -29,12 +30,15 @@ public:
     std::pair<const WallTrace*, const WallTrace*> of(std::size_t i) const {
         return {walls_.data() + begin_[i], walls_.data() + begin_[i + 1]};
     }
+    // How far off the plane of surfel i lies what is joined to it (joined_depth.h).
+    double depth(std::size_t i) const { return static_cast<double>(depth_[i]); }
     std::size_t size() const { return walls_.size(); }
     std::size_t surfels() const { return begin_.size() - 1; }
 
 private:
     std::vector<std::uint32_t> begin_;
     std::vector<WallTrace> walls_;
+    std::vector<float> depth_;
 };
 
 // Is (x, y) behind one of the walls [begin, end), seen from the centre? As kernel_fragment has it.

@@ -38,6 +38,20 @@ LampView::LampView(const LocalTransfer& transfer, const PatchCorners& corners, c
     watch.lap("cells");
 }
 
+void LampView::paint(const std::vector<char>& painted, const std::vector<float>& reflectance,
+                     const std::vector<float>& emission) {
+    require(
+        painted.size() == places_.size() && reflectance.size() == albedo_.size() && emission.size() == albedo_.size(),
+        "painted: wanted all subpixels");
+    if (emission_.empty() && std::any_of(emission.begin(), emission.end(), [](float v) { return v > 0.0f; }))
+        emission_.assign(emission.size(), 0.0f);
+    for (std::size_t k = 0; k < albedo_.size(); ++k) {
+        if (!painted[k / 3]) continue;
+        albedo_[k] = reflectance[k];
+        if (!emission_.empty()) emission_[k] = emission[k];
+    }
+}
+
 LampFrame LampView::frame(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance,
                           const LampFrameOptions& options) const {
     const Scratch<Work>::Lent lent(work_);

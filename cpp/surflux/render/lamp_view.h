@@ -60,6 +60,11 @@ public:
 
     std::size_t width() const { return places_.rays.width / samples_; }
     std::size_t height() const { return places_.rays.height / samples_; }
+    // What subpixels see, rows from the top.
+    const PixelPlaces& places() const { return places_; }
+    // Of subpixels of the scene's own colours, others: 3 values each, by subpixel, where `painted` is not 0.
+    void paint(const std::vector<char>& painted, const std::vector<float>& reflectance,
+               const std::vector<float>& emission);
     LampSurfaces surfaces(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance) const;
     std::size_t bytes() const;
     const Figures& timings() const { return timings_; }  // of how it was made

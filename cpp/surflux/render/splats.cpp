@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "surflux/core/parallel.h"
 #include "surflux/render/bends.h"
@@ -16,6 +17,8 @@ namespace {
 // How far a kernel reaches along its normal, over how far in its plane: a neighbour on a curved surface lies off the
 // plane by up to a tenth of it where the surfels sample the surface well, another sheet mostly farther.
 constexpr double thickness = 0.45;
+// Of patches, whose neighbours are known: over how far from the plane those lie, and of how far kernels reach.
+constexpr double over_joined = 2.0, least_thickness = 0.005;
 
 // The low-pass filter of the picture, in subpixels: where its kernel ends. Its standard deviation is .31 of that, half
 // a subpixel: what one subpixel sees is not seen by none of them, and not by three.
@@ -130,7 +133,8 @@ struct Drawing {
 
     // The kernel on the surface, widened by the filter of the picture as it falls on the tangent plane (object-space
     // EWA, Ren, Pfister and Zwicker 2002, eq. 8): in its plane the variances add up.
-    bool make(std::size_t i, const Reach& reach, DrawnKernel& kernel) const {
+    // joined: how far off its plane lies what it is joined to.
+    bool make(std::size_t i, const Reach& reach, double joined, DrawnKernel& kernel) const {
         const Seen s = seen(i);
         const double along = options.footprint * reach.along, across = options.footprint * reach.across;
         const double pixel = filter_reach * subpixel(std::max(s.center.z, 0.0));
@@ -149,8 +153,10 @@ struct Drawing {
         const PrincipalAxes seen_as = principal_axes(across * across + more * c * c + pixel * pixel / (cosine * cosine),
                                                      more * c * d, across * across + more * d * d + pixel * pixel);
         const Vec3 direction = seen_as.x * x + seen_as.y * y;
+        const double mean = std::sqrt(along * across);
+        const double thick = std::min(thickness * mean, over_joined * joined + least_thickness * mean);
         const double squares[3] = {seen_as.along, seen_as.across,
-                                   thickness * thickness * (along * across + pixel * pixel)};
+                                   thick * thick + thickness * thickness * pixel * pixel};
         const Ellipsoid around{s.center,
                                {std::sqrt(squares[0]) * direction, std::sqrt(squares[1]) * cross(s.normal, direction),
                                 std::sqrt(squares[2]) * s.normal}};
@@ -290,12 +296,13 @@ DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<std::int3
         return reach[i].disk > 0.0 && drawing.make(i, reach[i].disk, shapes.bends[i], shapes.creases[i], disk);
     });
     if (options.kernels) {
-        geometry.kernels = made<DrawnKernel>(
-            surfels.size(), [&](std::size_t i, DrawnKernel& kernel) { return drawing.make(i, reach[i], kernel); });
-        if (options.walls)
-            drawing.add_walls(geometry, *options.walls);
-        else if (!surfels.triangles.empty())
-            drawing.add_walls(geometry, KernelWalls(surfels, options.footprint));
+        const std::optional<KernelWalls> found =
+            options.walls ? std::nullopt : std::make_optional<KernelWalls>(surfels, options.footprint);
+        const KernelWalls& walls = options.walls ? *options.walls : *found;
+        geometry.kernels = made<DrawnKernel>(surfels.size(), [&](std::size_t i, DrawnKernel& kernel) {
+            return drawing.make(i, reach[i], walls.depth(i), kernel);
+        });
+        drawing.add_walls(geometry, walls);
     }
     const std::vector<double> behind = drawing.behind();
     for (const Triangle& t : surfels.triangles) {

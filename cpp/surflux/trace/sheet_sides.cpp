@@ -9,6 +9,9 @@
 #include "surflux/core/sampling.h"
 #include "surflux/neighbors/distinct_places.h"
 #include "surflux/neighbors/point_index.h"
+#include "surflux/trace/contacts.h"
+#include "surflux/trace/joined_patches.h"
+#include "surflux/trace/side_rays.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -17,67 +20,18 @@ namespace {
 
 constexpr std::size_t links = 12;        // neighbours that may continue a surfel
 constexpr std::size_t witnesses = 2000;  // at most, of a sheet
-constexpr double flattest = 0.3;         // cosine of a ray; nearer the disk it meets the rims of others
-constexpr double closed = 0.6;           // part of the light that reaches a closed sheet from one side alone
-constexpr double most_flat = 0.5;        // as of half a sphere: what is flatter closes around nothing
-constexpr double dark = 0.02;         // of the rays: of a sheet that is itself inside of another, fewer leave the scene
-constexpr double furnished = 0.02;    // of the rays: so many meet bodies inside of a room
-constexpr double no_crease = 0.8;     // cosine; at a crease, two leaves touch as the sides of a box do
+constexpr double furnished = 0.02;       // of the rays: so many meet bodies inside of a room
+constexpr double few_meet = 0.002;       // of the rays: so many that meet bodies from an open sheet are none
+constexpr double no_crease = 0.8;        // cosine; at a crease, two leaves touch as the sides of a box do
 constexpr double few_against = 0.05;  // what is tangled, but faces the same way nearly everywhere, has two sides, too
 constexpr double doubtful = 0.25;     // of the links across the border of a patch: more, and it is none
+constexpr double one_side = 0.5;      // cosine of an angle: on which side of a border both lie
+// Of the links across, so many lead to one side: .25 to .41 of a contact of random points, .48 to .9 of a border.
+constexpr double least_beside = 0.45;
 constexpr double least_border = 12.0;   // links, and the root of its surfels: fewer are a contact, as of two leaves
 constexpr double most_tangled = 0.002;  // see OrientedSheet
 constexpr std::size_t looks = 256;      // of a witness, all around
 constexpr double around = 0.5;          // of these meet the inside of what closes around it
-
-Scene as_scene(const Surfels& surfels, std::vector<Vec3> normals, bool turned) {
-    Scene out;
-    out.surfels = surfels;
-    out.surfels.normals = std::move(normals);
-    out.object.assign(surfels.size(), 0);
-    for (Triangle& t : out.surfels.triangles)
-        if (dot(out.surfels.normals[t.surfel], surfels.normals[t.surfel]) < 0.0) std::swap(t.b, t.c);
-    if (turned) {
-        for (Vec3& n : out.surfels.normals) n = -n;
-        for (Triangle& t : out.surfels.triangles) std::swap(t.b, t.c);
-    }
-    return out;
-}
-
-// What a ray from a side of a sheet met: nothing, or a surfel on the side that its normal in the scene points to.
-struct Met {
-    std::uint32_t surfel = Hit::none;
-    bool front = false;
-};
-
-// Of `rays` rays from the front of each of `from`.
-std::vector<Met> rays_from(const Scene& scene, const std::vector<std::uint32_t>& from, const SheetOptions& options,
-                           const Progress& progress) {
-    const Surfels& s = scene.surfels;
-    const auto rays = static_cast<std::size_t>(options.rays);
-    std::vector<Met> out(from.size() * rays);
-    if (from.empty()) return out;
-    const Tracer tracer(scene);
-    parallel_blocks(
-        from.size(), 64,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) {
-                const std::uint32_t i = from[k];
-                const Frame frame = frame_around(s.normals[i]);
-                EvenPoints even(2, options.seed, i);
-                for (std::size_t r = 0; r < rays; ++r) {
-                    const double* u = even.next();
-                    Vec3 d = square_to_cosine_hemisphere(u[0], u[1]);
-                    d.z = std::max(d.z, flattest);
-                    const Ray ray{{s.positions[i], s.normals[i], i}, frame.to_world(normalized(d))};
-                    const Hit hit = tracer.closest(ray);
-                    if (hit) out[k * rays + r] = {hit.surfel, dot(s.normals[hit.surfel], ray.direction) < 0.0};
-                }
-            }
-        },
-        progress);
-    return out;
-}
 
 // Surfels at the same place are no neighbours, but have the same ones. Returns the spacing.
 std::vector<double> surround(const Surfels& s, SheetSides& out, const Progress& progress) {
@@ -109,6 +63,20 @@ std::vector<double> surround(const Surfels& s, SheetSides& out, const Progress& 
     return spacing;
 }
 
+// Takes out links between patches of pieces of meshes that do not hang together: a ball that rests on a floor touches
+// it, and does not go on as the floor. Small pieces may be faces without common corners, and keep theirs.
+void part_pieces(const Surfels& s, std::size_t smallest, NeighborGraph& graph) {
+    if (s.triangles.empty()) return;
+    const std::vector<std::uint32_t> piece = joined_patches(s, graph);
+    std::vector<std::size_t> size(s.size(), 0);
+    for (const std::uint32_t of : piece) ++size[of];
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        if (size[piece[i]] < smallest) continue;
+        const auto is_apart = [&](std::uint32_t j) { return piece[j] != piece[i] && size[piece[j]] >= smallest; };
+        graph[i].erase(std::remove_if(graph[i].begin(), graph[i].end(), is_apart), graph[i].end());
+    }
+}
+
 // Where the rays of one side of a sheet went, as shares of them. Sides: 0 in front, 1 behind.
 struct Side {
     double leave = 0.0, others = 0.0;
@@ -120,8 +88,9 @@ double margin_of(double a, double b) { return a + b > 0.0 ? (a - b) / (a + b) : 
 
 class Votes {
 public:
-    Votes(const Surfels& s, SheetSides& out, const std::vector<Vec3>& front, const SheetOptions& options)
-        : s_(s), out_(out), front_(front), options_(options), sides_(out.sheets.size()) {}
+    Votes(const Surfels& s, SheetSides& out, const std::vector<Vec3>& front, const SideRays& rays,
+          const SheetOptions& options)
+        : s_(s), out_(out), front_(front), rays_(rays), options_(options), sides_(out.sheets.size()) {}
 
     void ask(const std::vector<std::vector<std::uint32_t>>& members, const Progress& progress) {
         for (const std::vector<std::uint32_t>& m : members) {
@@ -135,13 +104,14 @@ public:
                 half = [&progress, before](std::size_t done, std::size_t total) {
                     return progress(before + done, 2 * total);
                 };
-            met_[behind] = rays_from(as_scene(s_, front_, behind), asked_, options_, half);
+            met_[behind] = rays_.cast(asked_, front_, behind, options_.rays, options_.seed, half);
             count(behind);
         }
         for (std::size_t k = 0; k < sides_.size(); ++k) decide_by_light(k);
         count_bodies();
         hear_witnesses();
         for (std::size_t k = 0; k < sides_.size(); ++k) find_room(k);
+        face_bodies();
     }
 
 private:
@@ -169,9 +139,9 @@ private:
     void decide_by_light(std::size_t k) {
         const auto& [front, behind] = sides_[k];
         OrientedSheet& sheet = out_.sheets[k];
-        const bool is_dark = front.leave + behind.leave < 2.0 * dark;
+        const bool is_dark = front.leave + behind.leave < 2.0 * closing::dark;
         sheet.margin = is_dark ? margin_of(front.seen(), behind.seen()) : margin_of(front.leave, behind.leave);
-        if (std::abs(sheet.margin) <= closed || sheet.flat > most_flat) return;
+        if (std::abs(sheet.margin) <= closing::one_sided || sheet.flat > closing::most_flat) return;
         sheet.kind = SheetKind::body;
         sheet.backwards = sheet.margin < 0.0;
     }
@@ -185,9 +155,7 @@ private:
                 const std::uint32_t other = out_.sheet[met.surfel];
                 if (other == sheet || other == SheetSides::none) return;
                 if (behind == out_.sheets[sheet].backwards || out_.sheets[other].kind != SheetKind::body) return;
-                // The scene of rays from behind has all normals turned.
-                const bool met_front = met.front != behind;
-                if (met_front != out_.sheets[other].backwards) bodies_[sheet] += weight(sheet);
+                if (met.front != out_.sheets[other].backwards) bodies_[sheet] += weight(sheet);
             });
     }
 
@@ -195,8 +163,6 @@ private:
     void hear_witnesses() {
         witnessed_.assign(sides_.size(), 0.0);
         if (options_.witnesses.empty()) return;
-        const Scene scene = as_scene(s_, front_, false);
-        const Tracer tracer(scene);
         for (const Vec3& at : options_.witnesses) {
             std::vector<double> inside(sides_.size(), 0.0);
             EvenPoints even(2, options_.seed, 0);
@@ -204,7 +170,7 @@ private:
                 const double* u = even.next();
                 const double z = 2.0 * u[0] - 1.0, across = std::sqrt(1.0 - z * z), phi = 2.0 * pi * u[1];
                 const Vec3 d{across * std::cos(phi), across * std::sin(phi), z};
-                const Hit hit = tracer.closest({{at, d, Hit::none}, d});
+                const Hit hit = rays_.tracer().closest({{at, d, Hit::none}, d});
                 if (!hit || out_.sheet[hit.surfel] == SheetSides::none) continue;
                 const OrientedSheet& sheet = out_.sheets[out_.sheet[hit.surfel]];
                 const bool met_front = dot(front_[hit.surfel], d) < 0.0;
@@ -219,15 +185,30 @@ private:
         OrientedSheet& sheet = out_.sheets[k];
         const auto& [front, behind] = sides_[k];
         if (sheet.kind != SheetKind::body) return;
-        const bool is_furnished = front.leave + behind.leave >= 2.0 * dark && bodies_[k] >= furnished;
+        const bool is_furnished = front.leave + behind.leave >= 2.0 * closing::dark && bodies_[k] >= furnished;
         if (!is_furnished && witnessed_[k] < around) return;
         sheet.kind = SheetKind::room;
         sheet.backwards = !sheet.backwards;
     }
 
+    // Of which side of an open sheet bodies are seen: it is in the air, as they are.
+    void face_bodies() {
+        std::vector<std::array<double, 2>> meets(sides_.size());
+        for (const bool behind : {false, true})
+            each(behind, [&](std::uint32_t sheet, const Met& met) {
+                if (met.surfel == Hit::none || out_.sheet[met.surfel] == SheetSides::none) return;
+                const OrientedSheet& other = out_.sheets[out_.sheet[met.surfel]];
+                if (out_.sheet[met.surfel] == sheet || other.kind == SheetKind::open) return;
+                if (met.front != other.backwards) meets[sheet][behind] += weight(sheet);
+            });
+        for (std::size_t k = 0; k < sides_.size(); ++k)
+            if (meets[k][0] + meets[k][1] > few_meet) out_.sheets[k].bodies = margin_of(meets[k][0], meets[k][1]);
+    }
+
     const Surfels& s_;
     SheetSides& out_;
     const std::vector<Vec3>& front_;  // normals, alike in each sheet, and as most of its surfels have them
+    const SideRays& rays_;
     const SheetOptions& options_;
     std::vector<Sides> sides_;
     std::vector<std::uint32_t> asked_;
@@ -263,21 +244,38 @@ double flatness(const std::vector<double>& spacing, const std::vector<std::uint3
 
 // What most of the links across its border say is a patch of surfels against their sheet; what some say and some do not
 // is none: the one link by which a spanning tree reached it erred.
+// Nor is what lies in front of its sheet, as the lowest points of a ball that rests on a floor do: the others lie all
+// around them, and not on one side as across a border.
 void drop_doubtful(const Surfels& s, SheetSides& out) {
+    const auto along = [&](std::uint32_t i, std::uint32_t j) {
+        const Vec3 d = s.positions[j] - s.positions[i];
+        return d - dot(d, s.normals[i]) * s.normals[i];
+    };
     for (const std::vector<std::uint32_t>& patch : patches_of(s, out.graph, out.against)) {
         const bool is_open = out.sheets[out.sheet[patch.front()]].kind == SheetKind::open;
-        std::size_t same = 0, opposite = 0, smooth = 0;
-        for (std::uint32_t i : patch)
+        std::size_t same = 0, opposite = 0, smooth = 0, beside = 0;
+        for (std::uint32_t i : patch) {
+            std::size_t before = smooth;
+            Vec3 to_patch, to_others;
             for (std::uint32_t j : out.graph[i]) {
-                if (out.against[j] || out.two_sided[j]) continue;
+                if (out.against[j] || out.two_sided[j]) {
+                    if (dot(s.normals[i], s.normals[j]) > no_crease) to_patch += along(i, j);
+                    continue;
+                }
                 const double agree = agreement(s.normals[i], s.normals[j], s.positions[j] - s.positions[i]);
                 const double cosine = dot(s.normals[i], s.normals[j]);
                 if (std::abs(agree) < continuation || mirror_decides(agree, cosine)) continue;
                 ++(agree > 0.0 ? same : opposite);
-                smooth += agree < 0.0 && cosine < -no_crease;
+                if (!(agree < 0.0 && cosine < -no_crease)) continue;
+                ++smooth;
+                to_others += along(i, j);
             }
+            if (dot(to_patch, to_others) < -one_side * length(to_patch) * length(to_others)) beside += smooth - before;
+        }
         const double border = std::max(least_border, std::sqrt(static_cast<double>(patch.size())));
-        if (static_cast<double>(is_open ? smooth : opposite) < border || (is_open && 2 * smooth < opposite) ||
+        if (static_cast<double>(is_open ? smooth : opposite) < border ||
+            static_cast<double>(beside) < least_beside * static_cast<double>(smooth) ||
+            (is_open && 2 * smooth < opposite) ||
             static_cast<double>(same) > doubtful * static_cast<double>(same + opposite))
             for (std::uint32_t i : patch) out.against[i] = false;
     }
@@ -321,6 +319,10 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
     out.two_sided.assign(s.size(), false);
     if (s.size() < std::max<std::size_t>(options.smallest, 2)) return out;
     const std::vector<double> spacing = surround(s, out, progress);
+    part_pieces(s, options.smallest, out.graph);
+    std::unique_ptr<SideRays> rays;
+    // Given normals tell contacts by themselves (drop_doubtful), to the point.
+    if (options.estimated) rays = part_contacts(s, spacing, options.seed, out.graph, progress);
     std::vector<Vec3> front = s.normals;
     std::vector<std::vector<std::uint32_t>> members =
         groups_of(orient_sheets(s.positions, spacing, out.graph, continuation, front, progress));
@@ -344,8 +346,9 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
         sheet.against = static_cast<double>(few) / static_cast<double>(sheet.size);
         out.sheets.push_back(sheet);
     }
-    Votes(s, out, front, options).ask(members, progress);
-    drop_doubtful(s, out);
+    if (!rays) rays = std::make_unique<SideRays>(s, front);
+    Votes(s, out, front, *rays, options).ask(members, progress);
+    if (!options.estimated) drop_doubtful(s, out);
     return out;
 }
 

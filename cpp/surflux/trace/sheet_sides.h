@@ -15,6 +15,8 @@ struct SheetOptions {
     int rays = 8;               // from each side of a surfel that is asked
     std::uint64_t seed = 0;
     std::vector<Vec3> witnesses;  // places in the air, such as of a scanner: what closes around one is a room
+    // Normals are estimates whose signs say nothing: contacts are found by rays, and no patch is doubted.
+    bool estimated = false;
 };
 
 // Which side of a sheet is seen. `body`: it closes around something, and is seen from outside; `room`: it closes around
@@ -34,6 +36,7 @@ struct OrientedSheet {
     double tangled = 0.0;
     double flat = 0.0;    // length of its mean normal: 0 of what closes, 1 of a plane
     double margin = 0.0;  // of the light that comes to it, in front less behind: from -1 to 1
+    double bodies = 0.0;  // of the rays from it that meet closed sheets from where those are seen, the same
 };
 
 struct SheetSides {
@@ -59,5 +62,12 @@ std::vector<std::vector<std::uint32_t>> patches_of(const Surfels& surfels, const
 
 // How well neighbours in a sheet continue each other, at least (agreement).
 inline constexpr double continuation = 0.5;
+
+// When a sheet, or a piece of one, closes around something.
+namespace closing {
+inline constexpr double one_sided = 0.6;  // part of the light that reaches it from one side alone, at least
+inline constexpr double most_flat = 0.5;  // as of half a sphere: what is flatter closes around nothing
+inline constexpr double dark = 0.02;      // of the rays: of what is itself inside of another, fewer leave the scene
+}  // namespace closing
 
 }  // namespace surflux

@@ -32,6 +32,7 @@ namespace {
 constexpr int least_rays = static_cast<int>(MeshlessTuning{}.least_rays);
 constexpr int check_rays = 128;           // that tell whether the basis is off at a surfel
 constexpr double most_own = 0.25;         // rows of such surfels, of as many as receivers have
+constexpr double little_sky = 0.5;        // RMS over the sphere: of what scenes see that see less, errors are shares
 constexpr std::size_t bounce_levels = 2;  // that lamps' light is reflected again by
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
                         sky_stream = 0x4e6f, group_stream = 0x5f80;
@@ -195,10 +196,9 @@ private:
                                                  out_.senders, shot_, reflectance(), test_lamps(), weights,
                                                  options_.seed, stage("test lights"), options_.team);
         test();
-        if (options_.lighting == Lighting::sky) {
-            test_->normalize(received_, weights);
-            received_ = {};
-            test();
+        if (options_.lighting != Lighting::local) {
+            const bool is_sky = options_.lighting == Lighting::sky;
+            test_->normalize_together(received_, weights, is_sky ? 1.0 : little_sky, !is_sky);
         }
         watch_.lap("test lights");
     }

@@ -18,14 +18,19 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t grain = 64;  // nodes whose rays are traced together
-constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3;
+constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3, end_stream = 0x6c4;
 constexpr int points_of_light = 64;  // of which one is to be over the horizon
+// Of a light that is wide beside its distance: so many times the rays, at most so many from a leaf, each to one of so
+// many points over the horizon.
+constexpr std::size_t more_rays = 4, most_wide = 64;
+constexpr int candidates = 2;
 
 }  // namespace
 
 struct GroupLight::Unoccluded {
     std::vector<float> kernels;  // of each sample
     std::vector<Vec3> from;      // where its shadow ray ends; empty where that is one place for all
+    std::vector<char> is_wide;   // of each sample (Emitter::is_wide_at): each ray from there ends elsewhere
     Vec3 from_all;
     std::vector<float> means;  // of the kernel, by leaf
     std::vector<float> power;  // that each node would send
@@ -128,6 +133,7 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
     out.means.resize(leaves);
     out.power.resize(groups_.size());
     if (light.extended) out.from.resize(leaves * n);
+    out.is_wide.assign(light.extended ? leaves * n : 0, 0);
     if (leaves > 0) out.from_all = light.arrival(samples_.position(0), samples_.normal(0), 0.5, 0.5).from;
     parallel_blocks(leaves, 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t leaf = begin; leaf < end; ++leaf) {
@@ -139,9 +145,14 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
                 const Arrival arrival =
                     light.arrival(samples_.position(p), samples_.normal(p), u ? u[0] : 0.5, u ? u[1] : 0.5);
                 if (narrow.of(light.index, samples_.samples[p].surfel) != nullptr) continue;
-                out.kernels[p] = static_cast<float>(arrival.kernel);
-                if (light.extended) out.from[p] = arrival.from;
-                sum += arrival.kernel;
+                double kernel = arrival.kernel;
+                if (light.extended) {
+                    out.from[p] = arrival.from;
+                    out.is_wide[p] = light.is_wide_at(samples_.position(p));
+                    if (out.is_wide[p]) kernel = light.kernel_at(samples_.position(p), samples_.normal(p));
+                }
+                out.kernels[p] = static_cast<float>(kernel);
+                sum += kernel;
             }
             double mean = sum / static_cast<double>(n);
             if (!light.is_even_in(around_[leaf].center, around_[leaf].radius) || out.shared.count(leaf) > 0) {
@@ -162,6 +173,38 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
             out.power[k] = out.power[node.child] + out.power[node.child + 1];
 }
 
+// How many samples of a leaf the light is wide at.
+std::size_t GroupLight::wide_samples(const Unoccluded& light, std::size_t leaf) const {
+    if (light.is_wide.empty()) return 0;
+    const char* of_leaf = light.is_wide.data() + leaf * samples_.of_leaf;
+    return static_cast<std::size_t>(std::count(of_leaf, of_leaf + samples_.of_leaf, 1));
+}
+
+// The share of all that the groups would send of light that is wide where they are.
+double GroupLight::wide_share(const Unoccluded& light) const {
+    if (light.is_wide.empty() || !(light.power[0] > 0.0f)) return 0.0;
+    double wide = 0.0;
+    for (std::size_t leaf = 0; leaf < groups_.leaves.size(); ++leaf)
+        wide += static_cast<double>(light.power[groups_.leaves[leaf]]) *
+                static_cast<double>(wide_samples(light, leaf)) / static_cast<double>(samples_.of_leaf);
+    return wide / static_cast<double>(light.power[0]);
+}
+
+// Where a ray from a sample ends: at one of some points of the light, drawn by what they bring.
+Vec3 GroupLight::end_of(const Emitter& emitter, std::size_t sample, Random& random) const {
+    Vec3 from;
+    double all = 0.0;
+    int over_horizon = 0;
+    for (int k = 0; k < points_of_light && over_horizon < candidates; ++k) {
+        const double s = random.uniform(), t = random.uniform();
+        const Arrival arrival = emitter.arrival(samples_.position(sample), samples_.normal(sample), s, t);
+        over_horizon += arrival.kernel > 0.0;
+        all += arrival.kernel;
+        if (random.uniform() * all <= arrival.kernel) from = arrival.from;
+    }
+    return from;
+}
+
 // A cut through the tree below which each node has a ray or, of leaves, more.
 std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays) const {
     std::vector<Shot> out;
@@ -175,7 +218,9 @@ std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::siz
         const double wanted = static_cast<double>(rays) * static_cast<double>(light.power[k]) / all;
         if (wanted == 0.0) continue;
         if (node.is_leaf() || wanted <= 1.0) {
-            const std::size_t most = node.is_leaf() ? samples_.of_leaf : 1;
+            const std::size_t most = !node.is_leaf()                                 ? 1
+                                     : wide_samples(light, of_leaves_.number[k]) > 0 ? most_wide
+                                                                                     : samples_.of_leaf;
             out.push_back(
                 {k, static_cast<std::uint32_t>(std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most))});
         } else {
@@ -221,15 +266,19 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
     for (const std::unique_ptr<Emitter>& light : emitters) {  // with the same random numbers: light is additive
         Unoccluded all;
         find_unoccluded(*light, narrow, reflectance, options.seed, all);
-        const std::vector<Shot> shots = plan(all, options.rays);
+        const auto more = static_cast<double>(more_rays - 1) * wide_share(all);
+        const std::vector<Shot> shots =
+            plan(all, options.rays + static_cast<std::size_t>(more * static_cast<double>(options.rays)));
         parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
             std::vector<std::size_t> samples;
             std::vector<Ray> rays;
             std::vector<char> free;
             for (std::size_t k = begin; k < end; ++k) aim(shots[k], all, options.seed, samples);
+            Random random(options.seed + end_stream, begin);
             for (const std::size_t p : samples) {
                 Unoccluded::Met met{samples_.position(p), light->extended ? all.from[p] : all.from_all,
                                     samples_.samples[p].surfel};
+                if (!all.is_wide.empty() && all.is_wide[p]) met.from = end_of(*light, p, random);
                 if (const auto beam = all.beams.find(p / samples_.of_leaf); beam != all.beams.end()) met = beam->second;
                 const Departure place{met.position, s.normals[met.surfel], met.surfel};
                 rays.push_back(light->distant ? Ray{place, met.from} : segment(place, met.from));

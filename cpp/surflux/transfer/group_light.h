@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/random.h"
 #include "surflux/lights/emitter.h"
 #include "surflux/lights/narrow_light.h"
 #include "surflux/scene/lights.h"
@@ -13,7 +14,7 @@
 namespace surflux {
 
 struct GroupLightOptions {
-    std::size_t rays = 16384;  // shadow rays towards each light, about
+    std::size_t rays = 16384;  // shadow rays towards each light, about; of wide ones up to four times as many
     std::uint64_t seed = 0;
     bool shares_narrow = true;  // among disks, of lamps close to some and of narrow spots (NarrowLight)
 };
@@ -48,6 +49,9 @@ private:
     void find_beam(const Emitter& light, const NarrowLight& narrow, std::size_t leaf, std::uint64_t seed,
                    Unoccluded& out) const;
     double mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const;
+    double wide_share(const Unoccluded& light) const;
+    std::size_t wide_samples(const Unoccluded& light, std::size_t leaf) const;
+    Vec3 end_of(const Emitter& emitter, std::size_t sample, Random& random) const;
     std::vector<Shot> plan(const Unoccluded& light, std::size_t rays) const;
     void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
 

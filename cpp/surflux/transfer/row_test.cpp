@@ -66,6 +66,19 @@ void RowTest::normalize(const Received& rows, const std::vector<double>& weights
         scale_[c] *= squares[c] > 0.0 ? static_cast<float>(std::sqrt(all / squares[c])) : 0.0f;
 }
 
+void RowTest::normalize_together(Received& rows, const std::vector<double>& weights, double wanted, bool only_up) {
+    double sum = 0.0, all = 0.0;
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+        sum += weights[k] * mean_square(rows.values.data() + k * size());
+        all += weights[k];
+    }
+    const double factor = sum > 0.0 ? wanted * std::sqrt(all / sum) : 0.0;
+    if (only_up && factor < 1.0) return;
+    for (float& scale : scale_) scale *= static_cast<float>(factor);
+    for (float& value : rows.values) value *= static_cast<float>(factor);
+    for (float& variance : rows.variance) variance *= static_cast<float>(factor * factor);
+}
+
 double RowTest::mean_square(const float* values) const {
     double sum = 0.0;
     for (std::size_t c = 0; c < size(); ++c) sum += static_cast<double>(values[c] * values[c]);

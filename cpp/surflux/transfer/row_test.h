@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "surflux/core/team.h"
@@ -23,6 +24,9 @@ public:
     void receive(const ShotRows& of, Received& out, const Team& team = {}) const;
     // Makes each of the numbers count alike: an RMS of 1, where `weights` says how much of the surface rows stand for.
     void normalize(const Received& rows, const std::vector<double>& weights);
+    // All of them by one factor, so that their RMS is `wanted`, the rows' values, too; with `only_up`, where it is
+    // less.
+    void normalize_together(Received& rows, const std::vector<double>& weights, double wanted, bool only_up);
 
     std::size_t size() const { return scale_.size(); }
     float scale(std::size_t c) const { return scale_[c]; }
@@ -35,6 +39,7 @@ public:
 protected:
     static constexpr double significance = 2.0;  // standard errors that a difference must be beyond
     RowTest(std::size_t size, float scale) : scale_(size, scale) {}
+    explicit RowTest(std::vector<float> scale) : scale_(std::move(scale)) {}
     // Adds what senders send along the links of a row, size() interleaved values of each node, to both halves.
     void add_reflected(const ShotRows& of, std::size_t row, const std::vector<float>& sent, float* halves) const;
 

@@ -149,6 +149,15 @@ void SkyIrradiance::require_whole(std::size_t rows, std::size_t patches) const {
     for (const Entry& entry : entries) require(entry.patch < patches, "sky: wanted patches below ", patches);
 }
 
+// Of the harmonics of natural light: its power falls as the square of the band (Dror, Willsky and Adelson 2004). All
+// alike, the noise of rays in the many of the high bands would hide what differs in the few of the low ones.
+std::vector<float> SkyTest::amplitudes() {
+    std::vector<float> out;
+    for (int band = 0; band < order; ++band)
+        for (int m = -band; m <= band; ++m) out.push_back(1.0f / static_cast<float>(1 + band));
+    return out;
+}
+
 struct SkyTest::Scratch {
     std::vector<Ray> rays;
     std::vector<char> free;
@@ -157,7 +166,7 @@ struct SkyTest::Scratch {
 
 SkyTest::SkyTest(const Tracer& tracer, const SenderGroups& senders, const SenderSamples& samples,
                  const std::vector<float>& reflectance, std::uint64_t seed)
-    : RowTest(SphericalHarmonics::count(order), 1.0f),
+    : RowTest(amplitudes()),
       tracer_(tracer),
       seed_(seed),
       sent_(senders.size() * SphericalHarmonics::count(order), 0.0f) {

@@ -37,7 +37,8 @@ public:
 };
 
 // Rows of a transport operator differ in what they receive of distant light, directly and by way of one reflection: of
-// each of 25 spherical harmonics, a transfer vector (Sloan, Kautz and Snyder 2002).
+// each of 25 spherical harmonics, a transfer vector (Sloan, Kautz and Snyder 2002), of as much power as natural light
+// has in its band.
 class SkyTest : public RowTest {
 public:
     static constexpr int order = 5;
@@ -48,6 +49,7 @@ public:
 
 private:
     struct Scratch;
+    static std::vector<float> amplitudes();
     void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override;
     // Adds what the halves of so many rays bring, each as an estimate.
     void add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const;

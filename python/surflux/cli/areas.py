@@ -4,8 +4,11 @@ import surflux as sf
 from surflux._base import check
 
 
-def measured(options, cloud):
-    """What is found of surfels: a dict for programs, and lines of text. Writes options.output, if any."""
+def measured(options, cloud, points=None):
+    """What is found of surfels: a dict for programs, and lines of text. Writes options.output, if any.
+
+    points: Points that the surfels are of; None of those of scenes, and of patches, which go into a file with theirs.
+    """
     knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
     areas = sf.effective_areas(
         cloud,
@@ -17,7 +20,7 @@ def measured(options, cloud):
     )
     if options.output:
         cloud.areas = areas
-        cloud.save(options.output)
+        cloud.save(options.output) if points is None else points.save(options.output, cloud)
     result = {
         "input": options.input,
         "surfels": len(cloud),

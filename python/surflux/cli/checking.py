@@ -13,10 +13,10 @@ LISTED = 10  # of the largest patches
 DIRECTIONS, ALL_AROUND = 256, 0.9
 
 
-def checked(options, scene, mesh=None):
+def checked(options, scene, mesh=None, points=None):
     """What is found in a scene: a dict for programs, and lines of text. Writes options.output, if any.
 
-    mesh: the Mesh that it was made of, if it was one.
+    mesh: the Mesh that it was made of, if it was one. points: Points that it was made of, which keep all they have.
     """
     cloud = scene.surfels
     wrong, unclear, rooms, number = [], [], [], 0
@@ -69,7 +69,8 @@ def checked(options, scene, mesh=None):
         )
         lines += _next_step(options, " --bodies", rooms=False, condition="if it is a body, ")
     if options.output:
-        cloud.flipped(patches > 0).save(options.output)
+        turned = cloud.flipped(patches > 0)
+        turned.save(options.output) if points is None else points.save(options.output, turned)
         lines.append(f"{'surfels turned round' if len(sizes) else 'no surfel turned round'}: {options.output}")
     return result, lines
 

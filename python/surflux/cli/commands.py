@@ -11,7 +11,7 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking, solve, tiles
-from surflux.cli.cloud import CLOUD_LIMIT
+from surflux.cli.cloud import CLOUD_LIMIT, is_cloud
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
@@ -28,6 +28,7 @@ from surflux.cli.pictures import (
     write_gaussians,
     write_images,
 )
+from surflux.cli.points import Points
 from surflux.cli.processes import in_all_processes, joined
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
@@ -168,8 +169,15 @@ def _cloud(options):
 
 
 def _area(options):
-    cloud = load_scene(options).surfels if is_scene(options.input) else _cloud(options)
-    return told(options, *areas.measured(options, cloud))
+    points = None
+    if is_scene(options.input):
+        cloud = load_scene(options).surfels
+    elif is_cloud(options.input):
+        points = Points(options)
+        cloud = points.surfels
+    else:
+        cloud = _cloud(options)
+    return told(options, *areas.measured(options, cloud, points))
 
 
 def _check_cloud(options):
@@ -183,6 +191,9 @@ def _check_cloud(options):
         mesh = read_mesh(options.input)
         scene = sf.Scene([patches_of_mesh(options, mesh=mesh)])
         return told(options, *checking.checked(options, scene, mesh))
+    elif options.output and is_cloud(options.input):
+        points = Points(options)
+        return told(options, *checking.checked(options, sf.Scene([points.surfels]), points=points))
     else:
         scene = sf.Scene([_cloud(options)])
     return told(options, *checking.checked(options, scene))

@@ -12,9 +12,9 @@ from surflux._base.passes import watched
 from surflux._base.summary import box_text
 from surflux.cli.cloud import Cloud, camera_of_cloud, is_cloud, lights_of_cloud, patches_of_file
 from surflux.points.cleaning import cleaned, known_classes
-from surflux.points.properties import has_linear
+from surflux.points.intensity import scale_of_intensity
+from surflux.points.properties import found, has_linear
 from surflux.points.scan import scan_of_columns
-from surflux.points.scan_surfels import grey_of_intensity
 from surflux.scans.formats import format_of
 from surflux.scans.georeference import georeference
 from surflux.scans.reading import read_columns
@@ -132,7 +132,8 @@ def _colors(colors):
 
 
 def _intensity(values):
-    if values is None:
+    values = np.zeros(0) if values is None else values[np.isfinite(values)]
+    if len(values) == 0:
         return None
     return {"least": float(np.min(values)), "largest": float(np.max(values)), "mean": float(np.mean(values))}
 
@@ -174,7 +175,7 @@ def _solved(options, scan, facts, limit, solve_options):
     lights_of_cloud(given, surfels, camera)
     grey = facts["colors"] is None or facts["colors"]["largest"] == 0
     intensity = scan.attributes.get("intensity")
-    by_intensity = grey and intensity is not None and grey_of_intensity(intensity) is not None
+    by_intensity = grey and intensity is not None and scale_of_intensity(intensity) is not None
     return {
         "solve": {
             "refused": None,
@@ -201,13 +202,13 @@ def _next(options, given, faces):
 
 
 def _material(scan, grey, by_intensity):
-    if {f"reflectance_{c}" for c in "rgb"} <= set(scan.attributes):
+    if all(found(scan.attributes, f"reflectance_{c}") for c in "rgb"):
         return "the file's reflectance_r, _g and _b"
     if has_linear(scan.attributes, "reflectance"):
-        return "the file's column reflectance"
+        return f"the file's column {found(scan.attributes, 'reflectance')}"
     if not grey:
         return "the colours, sRGB made linear, white at .98"
-    return "grey by the intensity, .5 at its mean" if by_intensity else "grey, .5"
+    return "grey by the intensity, .5 on average" if by_intensity else "grey, .5"
 
 
 def lines_of_points(f):

@@ -12,6 +12,7 @@ from surflux._base.files import require_file
 from surflux._base.passes import LOG
 from surflux.geometry.estimates import percent
 from surflux.geometry.meshes import GLTF, file_named, read_mesh
+from surflux.geometry.transparency import tell_backs
 from surflux.geometry.winding import wound_alike
 from surflux.points.layers import is_terrain_of
 from surflux.points.surfels import Surfels
@@ -56,6 +57,7 @@ def patches_of_mesh(options, reflectance=None, mesh=None):
     normals = getattr(options, "normals", "keep")  # `check` has none
     with file_named(options.input):
         mesh = read_mesh(options.input) if mesh is None else mesh
+        tell_backs(options.input, mesh, two_sided=False)
         how = {"threads": options.threads, "progress": True}
         mesh, against = (mesh, 0) if normals in ("keep", "flip") else wound_alike(mesh)
         surfels = Surfels.from_mesh(mesh, None, reflectance, **how)

@@ -98,7 +98,7 @@ def command_line(runs, cloud_limit):
 
     area = command("area", "Effective areas of a point cloud.")
     area.add_argument("input", metavar="CLOUD")
-    area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
+    area.add_argument("-o", "--output", metavar="OUT.ply", help="write all of CLOUD with the areas")
     area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9').completed_by = (
         "curved",
         "paper",
@@ -117,7 +117,7 @@ def command_line(runs, cloud_limit):
     check = command("check", "Find normals that point inwards, and surfaces that lie in one place.")
     check.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml), a file of points, or a mesh")
     _mesh_option(check)
-    check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
+    check.add_argument("-o", "--output", metavar="OUT.ply", help="write all of CLOUD with those patches turned round")
     closed = check.add_mutually_exclusive_group()
     text = "closed surfaces that face inwards are rooms, seen from inside: right"
     closed.add_argument("--rooms", action="store_true", help=text)

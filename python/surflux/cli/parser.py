@@ -31,7 +31,9 @@ class Parser(argparse.ArgumentParser):
         return options
 
     def _meant(self, option, parser):
-        """Which commands have an option that `parser` does not have, or which of its own is spelled alike."""
+        """Where an option belongs: to other commands, behind this one, or it is spelled like another."""
+        if option in parser._option_string_actions:
+            return f"; {option} goes behind the command: {parser.prog} {option}"
         of_others = [
             name
             for name, other in (self._commands.choices if self._commands else {}).items()

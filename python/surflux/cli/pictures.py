@@ -113,9 +113,17 @@ def write_gaussians(solution, options):
     gaussians.save(options.gaussians, up=up)
 
 
+def _is_vertical(options):
+    """Whether the camera looks straight up or down."""
+    return bool(options.eye and options.target) and tuple(options.eye[:2]) == tuple(options.target[:2])
+
+
 def camera_of(options, surfels, default):
     """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
-    default = own_or_framing(default, surfels, options.size, options.up)
+    up = options.up
+    if default is None and up is None and (options.eye or options.target) and not _is_vertical(options):
+        up = (0.0, 0.0, 1.0)  # also where the picture would be taken from straight above, with another side up
+    default = own_or_framing(default, surfels, options.size, up)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     height = default.height if options.fov is None else None
     found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}

@@ -69,9 +69,9 @@ def run(options):
     check_images(images)
     kind = kind_of(options)
     _refuse_options(options, kind)
+    scene, cloud = _scene_to_solve(options, kind)
     if options.output is None:
         note_replaced(output)
-    scene, cloud = _scene_to_solve(options, kind)
     names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
     given = {name: getattr(options, name) for name in names}
     if options.solver == "radiosity":

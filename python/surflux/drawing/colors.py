@@ -18,7 +18,10 @@ SURFACE = {
     "area": ("number", "effective area S, units of length squared"),
     "coverage": ("number", "area / disk area"),
 }
+_UNIT = ", W/m2"  # ends the titles of light
 _MANY = 100
+_LARGEST = np.finfo(float).max
+_ROUNDING = {4: 1e-6, 8: 1e-11}  # of a number, by its bytes: times and coordinates differ in their last digits
 _GOLDEN = 0.6180339887
 
 
@@ -34,6 +37,16 @@ class Shown:
     kind: str
     title: str
     values: np.ndarray
+
+    @property
+    def unit(self):
+        """Of light: W/m2 of what is solved for, none of arrays that somebody gave, whatever they are."""
+        return "W/m2" if self.title.endswith(_UNIT) else ""
+
+    @property
+    def label(self):
+        """The title without the unit of light."""
+        return self.title.removesuffix(_UNIT)
 
 
 def surface_property(s, name, values=None):
@@ -71,14 +84,25 @@ def range_of(values):
 
 
 def trimmed_range(values):
-    """(low, high, whether these are the 1st and the 99th percentile) of the colours of numbers."""
+    """(low, high, whether these are the 1st and the 99th percentile) of the colours of numbers, low < high: those that
+    differ by rounding alone are one, which stands in the middle of its scale.
+    """
     finite = values[np.isfinite(values)]
     if not len(finite):
         return 0.0, 1.0, False
     low, high = np.percentile(finite, (1, 99))
-    if len(finite) >= _MANY and low < high:
+    rounding = _ROUNDING.get(finite.dtype.itemsize, 0.0) if finite.dtype.kind == "f" else 0.0
+    if len(finite) >= _MANY and _differ(low, high, rounding):
         return low, high, True
-    return finite.min(), finite.max(), False
+    low, high = float(finite.min()), float(finite.max())
+    if _differ(low, high, rounding):
+        return low, high, False
+    around = 0.5 * abs(low) or 0.5
+    return max(low - around, -_LARGEST), min(high + around, _LARGEST), False
+
+
+def _differ(low, high, rounding):
+    return high - low > rounding * max(abs(low), abs(high))
 
 
 def screen_bytes(shown, exposure=1.0, white=None):
@@ -97,7 +121,7 @@ def screen_bytes(shown, exposure=1.0, white=None):
     if shown.kind == "members":
         return member_colors(shown.values)
     low, high = range_of(shown.values)
-    return viridis((shown.values - low) / (high - low if high > low else 1.0))
+    return viridis((shown.values - low) / (high - low))
 
 
 def member_colors(members):

@@ -78,9 +78,6 @@ def value_map(s, values, path, *, unit, title, camera, size=(1200, 900)):
 def scale_of(values):
     """(low, high, steps) of a scale of round numbers, around all but the outermost percent of what is known."""
     low, high, _ = trimmed_range(values)
-    if not high - low > 1e-6 * max(abs(low), abs(high)):
-        around = 0.5 * abs(low) or 0.5
-        low, high = low - around, high + around
     step = 10.0 ** np.floor(np.log10((high - low) / _STEPS))
     # One step more than the range takes may be needed for round ends on both sides.
     for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0):

@@ -157,10 +157,21 @@ def _options(method, kappa, resolution, epsilon):
     }
 
 
+def area_of(areas):
+    """The sum of areas (n,); ValueError where all of some surfels are 0."""
+    area = float(areas.sum())
+    if area == 0.0 and len(areas):
+        raise ValueError("areas: wanted some above 0, got 0 for all surfels")
+    return area
+
+
 def surface_area(surfels):
-    """The area of their surface: that given, else good to some per cent. Of very many surfels it looks at some."""
+    """The area of their surface: that given, else good to some per cent. Of very many surfels it looks at some.
+
+    Raises ValueError where areas are given and all of them are 0.
+    """
     if surfels.areas is not None:
-        return float(surfels.areas.sum())
+        return area_of(surfels.areas)
     if len(surfels) < 2 * _ENOUGH:
         return float(effective_areas(surfels).sum())
     some = np.sort(np.random.default_rng(0).choice(len(surfels), _ENOUGH, replace=False))

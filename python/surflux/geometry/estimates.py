@@ -9,6 +9,7 @@ from surflux.geometry.facing import facing_of
 
 # Neighbours that a normal is fitted to.
 NORMAL_NEIGHBORS = 16
+_ONE_SIDE = 0.6  # of the rays that meet bodies, in front less behind: as of light that comes to a closed sheet
 _SAID = 0.05  # of the points in rooms, or on open surfaces: less is noise
 
 
@@ -28,8 +29,9 @@ def outward_normals(points, name="points", places=None, towards=None, place=""):
     logged, under that name.
     """
     normals = np.array(estimated_normals(points, None))
-    found = facing_of(points, normals, places)
+    found = facing_of(points, normals, places, estimated=True)
     normals[found.turned] *= -1.0
+    normals[found.open & (found.bodies < -_ONE_SIDE)] *= -1.0  # a floor faces what stands on it
     if towards is not None:
         _, sheet = np.unique(found.margin, return_inverse=True)  # one of each sheet
         facing = np.bincount(sheet, weights=np.sum((towards - points) * normals, axis=1))[sheet]

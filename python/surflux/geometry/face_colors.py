@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from surflux import _core
 from surflux.geometry.texel_means import mean_texels
 
 _ALIKE = 1e-5  # texture coordinates and colours
@@ -74,25 +75,9 @@ def _near(mesh, values, face, points, corner, repeats):
 
 
 def interpolated(mesh, values, face, points):
-    """(t, d): of values (k, d) at the corners of faces, at points (t, 3) in the planes of faces (t,) of a Mesh.
+    """(t, ..., d): values (k, d) at the corners of faces of a Mesh, at points (t, ..., 3) in planes of faces (t,).
 
-    Linear over a triangle of the fan around a face's first corner: the one in which the point is, or nearest to it.
+    Linear over a triangle of the fan around a face's first corner: the one in which the first point of a face is, or
+    nearest to it.
     """
-    first, corners = mesh.offsets[face], np.diff(mesh.offsets)[face]
-    found, inside = np.zeros((len(face), values.shape[1])), np.full(len(face), -np.inf)
-    for k in range(1, int(corners.max(initial=3)) - 1):
-        some = np.flatnonzero(corners > k + 1)
-        fan = first[some, None] + [0, k, k + 1]
-        a, b, c = mesh.vertices[mesh.indices[fan]].transpose(1, 0, 2)
-        b, c, p = b - a, c - a, points[some] - a
-        normal = np.cross(b, c)
-        squared = np.einsum("tk,tk->t", normal, normal)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = np.einsum("tk,tk->t", np.cross(p, c), normal) / squared
-            t = np.einsum("tk,tk->t", np.cross(b, p), normal) / squared
-            depth = np.minimum(np.minimum(s, t), 1.0 - s - t)
-        better = depth > inside[some]
-        some, fan, s, t = some[better], fan[better], s[better, None], t[better, None]
-        inside[some] = depth[better]
-        found[some] = (1.0 - s - t) * values[fan[:, 0]] + s * values[fan[:, 1]] + t * values[fan[:, 2]]
-    return found
+    return _core.polygon_values(mesh.vertices, mesh.offsets, mesh.indices, values, face, points)

@@ -4,8 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from surflux.geometry.seen_textures import SeenTextures
+
 # Heights over the shared edge, 1 at the apex, are rounding below this: far from the origin coordinates have few digits.
 _ROUNDING = 1e-6
+
+
+ARRAYS = ("of", "count", "pair", "pairs", "halves")  # of Faces
 
 
 class Faces(NamedTuple):
@@ -22,6 +27,7 @@ class Faces(NamedTuple):
     pair: np.ndarray
     pairs: np.ndarray
     halves: np.ndarray
+    textures: SeenTextures | None = None  # of the mesh, for pictures
 
     def taken(self, rows):
         """Those of chosen surfels."""
@@ -33,7 +39,12 @@ class Faces(NamedTuple):
 
     def transformed(self, linear, shift):
         """Those of surfels that went to linear @ p + shift."""
-        return self._replace(halves=self.halves @ linear.T + shift)
+        textures = None if self.textures is None else self.textures.transformed(linear, shift)
+        return self._replace(halves=self.halves @ linear.T + shift, textures=textures)
+
+    def without_textures(self, of=("reflectance", "emission")):
+        """Those of surfels that have got others of these; for files and other processes, of all."""
+        return self._replace(textures=None if self.textures is None else self.textures.without(of))
 
     def shares(self, surfels):
         """(surfel (m,), face (m,), share (m,)): how much of the area of each surfel, from 0 to 1, lies in which face.

@@ -22,9 +22,9 @@ _AGAINST = -0.15
 _REACH = 1e6  # extents of the points, beyond which a place sees them as one point
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Facing:
-    """What `facing` finds, as arrays of one entry for each point.
+    """What `facing` finds, as arrays of one entry for each point; equal to itself alone.
 
     Attributes:
         turned: (n,) booleans: faces the side from which its sheet is not seen.
@@ -34,6 +34,7 @@ class Facing:
             of the sheet face counts as right.
         margin: (n,) of the light from all around, how much more comes to the side that most of its sheet faces: 1 for
             all of it, -1 for the other side.
+        bodies: (n,) the same of rays that meet bodies from outside: what faces those is in the air, as they are.
     """
 
     turned: NDArray[np.bool_]
@@ -41,6 +42,7 @@ class Facing:
     inside_out: NDArray[np.bool_]
     open: NDArray[np.bool_]
     margin: Floats
+    bodies: Floats
 
     @property
     def against(self) -> NDArray[np.bool_]:
@@ -106,17 +108,19 @@ def checked_places(name, value):
     return check.positions(name, array[None] if array.shape == (3,) else array, (None, 3))
 
 
-def facing_of(points, normals, places=None, seed=0):
-    """The Facing of checked points with unit normals."""
+def facing_of(points, normals, places=None, seed=0, estimated=False):
+    """The Facing of checked points with unit normals; of those that are `estimated`, signs say nothing."""
     places = np.zeros((0, 3)) if places is None else _within_reach(points, places)
-    found = _core.facing(points, normals, places, _SMALLEST, _RAYS, _LOOKED_AT, seed, progress=stage("facing"))
+    given = points, normals, places, _SMALLEST, _RAYS, _LOOKED_AT, seed, estimated
+    found = _core.facing(*given, progress=stage("facing"))
     sheet, turned = found["sheet"], found["turned"].astype(bool)
     kind, tangled = found["kind"], found["tangled"] > _TANGLED
     # The last entry is of points that are in no sheet.
     is_room = np.append(kind == _ROOM, False)[sheet]
     is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | (tangled & (found["against"] > _FEW)), True)[sheet]
     inside_out = turned & np.append(found["backwards"].astype(bool), False)[sheet]
-    return Facing(turned, is_room & ~is_open, inside_out, is_open, np.append(found["margin"], 0.0)[sheet])
+    margin, bodies = (np.append(found[of], 0.0)[sheet] for of in ("margin", "bodies"))
+    return Facing(turned, is_room & ~is_open, inside_out, is_open, margin, bodies)
 
 
 def _within_reach(points, places):

@@ -1,6 +1,7 @@
 """Meshes of other libraries, told by what they have and not by their class, as vertices and polygons with colours."""
 
 import sys
+from hashlib import blake2b
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from surflux._base.warn import warn
 from surflux.geometry.gltf_materials import exitance_of, factor_of, is_gltf, linear_reflectance
 from surflux.geometry.texel_means import mean_texels
 from surflux.geometry.textures import TextureUse, texture_of
+from surflux.geometry.transparency import cover_of, is_clear
 
 
 class Mesh(NamedTuple):
@@ -28,6 +30,8 @@ class Mesh(NamedTuple):
     exitance: np.ndarray | None = None  # (f, 3) float64; None for 0
     places: np.ndarray | None = None  # (k, 2) float64: texture coordinates of the corners, v going up; NaN for none
     textures: tuple[TextureUse, ...] = ()
+    clear: tuple[tuple[str | None, int], ...] = ()  # materials that are not opaque, and how many faces have them
+    double_sided: int = 0  # faces that have backs in glTF
 
     def face_reflectance(self):
         """(f, 3): what each face has, else the mean of its corners; 0.5 where the mesh has no colours."""
@@ -62,31 +66,31 @@ _SURFACES = ("triangle", "quad")  # of meshio's cells, and polygons
 _WITHOUT_AREA = ("vertex", "line")
 
 
-def convert(mesh):
-    """The Mesh of an object of another library; None where it is none."""
+def convert(mesh, factors=None):
+    """The Mesh of an object of another library; None where it is none. factors: see gltf_materials.factor_of."""
     pyvista = sys.modules.get("pyvista")
     if pyvista is not None and isinstance(mesh, pyvista.PolyData):
         return _from_pyvista(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
-        return _from_trimesh(mesh)
+        return _from_trimesh(mesh, None, factors)
     if hasattr(mesh, "vertices") and hasattr(mesh, "triangles"):
         return _from_open3d(mesh)
     if hasattr(mesh, "to_legacy"):  # open3d.t.geometry
         return _from_open3d(mesh.to_legacy())
     if hasattr(mesh, "dump") and hasattr(mesh, "geometry"):  # trimesh.Scene
         return _from_parts(
-            [_from_trimesh(part, _colors_in(mesh, part)) for part in mesh.dump() if hasattr(part, "faces")]
+            [_from_trimesh(part, _colors_in(mesh, part), factors) for part in mesh.dump() if hasattr(part, "faces")]
         )
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _from_meshio(mesh)
     return None
 
 
-def _triangles(vertices, faces, reflectance=None, of_faces=None, exitance=None, places=None, textures=()):
+def _triangles(vertices, faces, reflectance=None, of_faces=None, exitance=None, places=None, textures=(), **of_gltf):
     faces = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
     vertices = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     offsets = 3 * np.arange(len(faces) + 1)
-    return Mesh(vertices, offsets, faces.ravel(), reflectance, of_faces, exitance, places, textures)
+    return Mesh(vertices, offsets, faces.ravel(), reflectance, of_faces, exitance, places, textures, **of_gltf)
 
 
 def reflectance_of(colors):
@@ -107,7 +111,7 @@ def _colors_in(scene, part):
     return colors if colors is not None and len(colors) == len(part.vertices) else None
 
 
-def _from_trimesh(mesh, colors=None):
+def _from_trimesh(mesh, colors, factors):
     """colors: of vertices, linear, beside a material of glTF."""
     visual = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
@@ -117,7 +121,7 @@ def _from_trimesh(mesh, colors=None):
     if kind == "face":
         return _triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
     if kind == "texture":
-        return _triangles(mesh.vertices, mesh.faces, **_textured(visual, np.asarray(mesh.faces), colors))
+        return _triangles(mesh.vertices, mesh.faces, **_textured(visual, np.asarray(mesh.faces), colors, factors))
     return _triangles(mesh.vertices, mesh.faces)
 
 
@@ -141,30 +145,47 @@ def _from_parts(parts):
     if any(part.textures for part in parts):
         first = np.cumsum([0] + [len(part.offsets) - 1 for part in parts[:-1]])
         uses = ((use, face) for part, face in zip(parts, first, strict=True) for use in part.textures)
-        painted["textures"] = tuple(use._replace(faces=use.faces + face) for use, face in uses)
+        read = {}  # by what is in a texture: parts have copies of it
+        painted["textures"] = tuple(
+            use._replace(faces=use.faces + face, read=read.setdefault(_digest(use.read()), use.read))
+            for use, face in uses
+        )
         nowhere = (np.full((len(part.indices), 2), np.nan) for part in parts)
         painted["places"] = np.concatenate(
             [no if part.places is None else part.places for part, no in zip(parts, nowhere, strict=True)]
         )
+    painted["clear"] = tuple(one for part in parts for one in part.clear)
+    painted["double_sided"] = sum(part.double_sided for part in parts)
     return _triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), **painted)
 
 
-def _textured(visual, faces, colors):
+def _digest(texture):
+    cover = b"" if texture.cover is None else texture.cover.tobytes()
+    shape = str((texture.pixels.shape, texture.pixels.dtype)).encode()
+    return blake2b(np.ascontiguousarray(texture.pixels).tobytes() + cover + shape).digest()
+
+
+def _textured(visual, faces, colors, factors):
     """What _triangles takes of the material of faces, and of its textures, which it is times."""
     if colors is None:
         colors = visual.vertex_attributes.get("color")
     material, looks, uses = visual.material, {}, []
     places = None if visual.uv is None else np.asarray(visual.uv, np.float64)[faces]
 
+    if is_clear(material, places is not None):
+        looks["clear"] = ((material.name, len(faces)),)
+    if getattr(material, "doubleSided", None):
+        looks["double_sided"] = len(faces)
+
     def of_faces(image, tint, most, shines=False):
         tint = np.broadcast_to(tint, (len(faces), 3))
         if image is None or places is None:
             return np.clip(tint, 0.0, most)
-        texture = texture_of(image)
+        texture = texture_of(image, None if shines else cover_of(material))
         uses.append(TextureUse(np.arange(len(faces)), tint, lambda: texture, shines=shines, most=most))
         return np.clip(tint * mean_texels(texture, places), 0.0, most)
 
-    factor = factor_of(material)  # of glTF: linear
+    factor = factor_of(material, factors)  # of glTF: linear
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     if factor is None:
         diffuse = _diffuse(material)

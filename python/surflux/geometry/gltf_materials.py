@@ -31,12 +31,19 @@ def linear_reflectance(colors):
     return WHITE * np.clip(colors / full, 0.0, 1.0)
 
 
-def factor_of(material):
-    """(3,): baseColorFactor of a material, which is white where nobody has said anything; None of other materials."""
+def factor_of(material, of_file=None):
+    """(3,): baseColorFactor of a material, which is white where nobody has said anything; None of other materials.
+
+    of_file: factors_of_file of the file that it is from. trimesh keeps 8 bits, linear: of .002 that is the double.
+    """
     if not hasattr(material, "baseColorFactor"):
         return None
     factor = material.baseColorFactor
-    return np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
+    if factor is None:
+        return np.ones(3)
+    factor = np.asarray(factor, np.float64)[:3]
+    whole = (of_file or {}).get((material.name, _rounded(factor)))
+    return factor / 255.0 if whole is None else whole
 
 
 def exitance_of(material):
@@ -69,6 +76,21 @@ def take_strengths(path, scene):
     for material in seen.values():
         factor = material.emissiveFactor
         material.emissiveFactor = factor * strengths.get((material.name, tuple(factor.tolist())), 1.0)
+
+
+def factors_of_file(path):
+    """What factor_of takes of a file: its base colours, by names of materials and by what trimesh keeps of them."""
+    factors = {}
+    for material in _header(path).get("materials", ()):
+        factor = _of(material, "pbrMetallicRoughness").get("baseColorFactor")
+        if factor is not None:
+            factor = np.clip(np.array(factor[:3], np.float64), 0.0, 1.0)
+            factors.setdefault((material.get("name"), _rounded(255.0 * factor)), []).append(factor)
+    return {key: alike[0] for key, alike in factors.items() if np.ptp(alike, axis=0).max() == 0.0}
+
+
+def _rounded(factor):
+    return tuple(np.round(factor).astype(int).tolist())
 
 
 def check_colors(path):

@@ -12,6 +12,7 @@ from surflux.geometry.face_colors import colors_of_parts, go_on, varies_within_f
 from surflux.geometry.faces import faces_of_patches
 from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
+from surflux.geometry.seen_textures import SeenTextures
 from surflux.geometry.sheets import sheet_faces, with_backs
 
 CANDIDATES = 5  # for each sample: Yuksel 2015, section 4
@@ -36,6 +37,8 @@ def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
         **gloss,
     )
     faces = faces_of_patches(patches, len(mesh.offsets) - 1)
+    if mesh.textures:
+        faces = faces._replace(textures=SeenTextures(mesh))
     if not back_of_sheets:
         return core, faces
     sheet = sheet_faces(mesh)[patches.faces]

@@ -12,10 +12,11 @@ from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, white_of_c
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
-from surflux.geometry.gltf_materials import check_colors, take_strengths
+from surflux.geometry.gltf_materials import check_colors, factors_of_file, take_strengths
 from surflux.geometry.obj_materials import looks_of_faces
 from surflux.geometry.stl import require_whole_stl
 from surflux.geometry.textures import TexturedFaces
+from surflux.geometry.transparency import warn_of_transparency
 
 
 def name_of(mesh):
@@ -66,6 +67,7 @@ def read_mesh(mesh):
     problem = _problem(result)
     if problem:
         raise ValueError(f"mesh {problem}")
+    warn_of_transparency("mesh", "alphaMode", result.clear)
     return result
 
 
@@ -95,6 +97,7 @@ def _read_file(path):
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
         if suffix in GLTF:
             check_colors(path)
+            warn_of_transparency(path, "alphaMode", mesh.clear)
     else:
         supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
@@ -200,13 +203,14 @@ def _read_with_trimesh(path):
     import trimesh
 
     scene = trimesh.load(path)
-    if Path(path).suffix.lower() in GLTF:
-        take_strengths(path, scene)
-    return _convert(scene)  # parts of a scene stay apart, each with its material
+    if Path(path).suffix.lower() not in GLTF:
+        return _convert(scene)
+    take_strengths(path, scene)
+    return _convert(scene, factors_of_file(path))  # parts of a scene stay apart, each with its material
 
 
-def _convert(mesh):
-    found = convert(mesh)
+def _convert(mesh, factors=None):
+    found = convert(mesh, factors)
     if found is None and isinstance(mesh, tuple | list) and len(mesh) == 2:
         found = _from_arrays(*mesh)
     if found is None:

@@ -9,6 +9,7 @@ from surflux._base.check import counted
 from surflux._base.color import WHITE
 from surflux._base.warn import warn
 from surflux.geometry.obj_textures import COMMENT, file_beside, file_in, paint
+from surflux.geometry.transparency import warn_of_transparency
 
 _USUAL = 0.5  # what is reflected where a file says nothing
 _NAMED = 3  # so many names in a warning
@@ -52,6 +53,10 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=Fa
     if not any(used):
         return None, None, ()
     which = np.minimum(of_face, len(names))
+    faces_of = np.bincount(which, minlength=len(names) + 1).tolist()
+    named = ((name.decode("utf-8", "replace"), number) for name, number in zip(names, faces_of, strict=False))
+    clear = [one for one, material in zip(named, used, strict=True) if material and _is_clear(material)]
+    warn_of_transparency(path, "d, Tr or map_d", clear)
     rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", _USUAL), (b"ke", 0.0)))
     looks = {b"ke": (glow, 1.0)} if has_colors else {b"kd": (rho, WHITE), b"ke": (glow, 1.0)}
     uses = paint(path, used, which, looks, textured)
@@ -98,6 +103,18 @@ def _read(path):
             rest = rest if keyword.lower().startswith(b"map_") else rest.split(b"#")[0]
             material[keyword.lower()] = (path, number), rest.split()
     return found
+
+
+def _is_clear(material):
+    """Whether a material is not opaque: by map_d, else d, else Tr, which is 1 - d (but some write 1 beside d 1)."""
+    if b"map_d" in material:
+        return True
+    _, words = material.get(b"d") or material.get(b"tr") or (None, ())
+    try:
+        value = float(words[-1])  # -halo may stand before it
+    except (IndexError, ValueError):
+        return False
+    return value < 1.0 if b"d" in material else value > 0.0
 
 
 def _colors(materials, keyword, usual):

@@ -10,6 +10,7 @@ import numpy as np
 from surflux._base.check import counted
 from surflux._base.warn import warn
 from surflux.geometry.textures import TextureUse, read_texture
+from surflux.geometry.transparency import warn_of_transparency
 
 COMMENT = re.compile(rb"\s#.*")
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -42,7 +43,7 @@ def paint(path, materials, which, looks, textured):
         looks: by keyword, as b"kd": (f, 3) float, and what white is.
         textured: TexturedFaces, or None where no corner has a place on a texture.
     """
-    painted, lost, unplaced = {}, [], 0  # by file, for one texture at a time is in memory
+    painted, lost, unplaced, clear = {}, [], 0, []  # by file, for one texture at a time is in memory
     uses = []
     for k, material in enumerate(materials):
         for keyword in looks:
@@ -79,10 +80,13 @@ def paint(path, materials, which, looks, textured):
             tints[~tints.any(axis=1) | (keyword not in materials[k])] = 1.0
             faces, tints = faces[known], most * tints[known]
             values[faces] = tints * means[known]
+            if texture.cover is not None and keyword == b"kd":
+                clear.append((materials[k][b"newmtl"].decode("utf-8", "replace"), len(faces)))
             uses.append(TextureUse(faces, tints, read, scale, shift, keyword == b"ke"))
     if lost:
         more = f" (and {len(set(lost)) - 1} more)" if len(set(lost)) > 1 else ""
         warn(f"{path}: texture {lost[0]}{more}; {_alone(looks)} there")
+    warn_of_transparency(path, "alpha of map_Kd", clear)
     if unplaced:
         what = "has a texture and no place on it" if unplaced == 1 else "have a texture and no place on it"
         warn(f"{path}: {counted(unplaced, 'face')} {what} (vt); {_alone(looks)} there")

@@ -9,6 +9,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import report, stage
 from surflux._base.warn import warn
+from surflux.geometry.triangulation import triangles_of_polygons
 
 # Faces with less area than this fraction of their longest edge squared are lines or points, not faces.
 _DEGENERATE = 1e-12
@@ -162,16 +163,12 @@ def _only_convex(rings):
 
 
 def _triangulate(face, corners):
-    import pyvista  # its ear clipping handles polygons that are not convex
-
-    m, k, _ = corners.shape
-    cells = np.hstack([np.full((m, 1), k), np.arange(m * k).reshape(m, k)])
-    mesh = pyvista.PolyData(corners.reshape(-1, 3), faces=cells.ravel())
-    mesh.cell_data["face"] = face
-    mesh = mesh.triangulate()
-    triangles = mesh.points.astype(float)[mesh.faces.reshape(-1, 4)[:, 1:]]
+    row, triangles, lost = triangles_of_polygons(corners)
+    if lost.any():
+        what = f"{counted(np.count_nonzero(lost), 'face')} (the first: {face[lost].min()})"
+        warn(f"mesh: {what} with outlines that cannot be cut into triangles, as where they cross: parts are missing")
     keep = ~_degenerate(triangles)
-    return np.asarray(mesh.cell_data["face"])[keep], triangles[keep]
+    return face[row[keep]], triangles[keep]
 
 
 def _pair_triangles(triangles, material, go_on, told):

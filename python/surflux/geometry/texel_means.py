@@ -8,6 +8,8 @@ _AT_ONCE = 1 << 16  # pieces: these stay in caches
 _TEXELS = 1 << 21  # in a table of sums, but for the rows of one triangle
 _FARTHEST = 1e9
 _FEW, _MANY = 4, 16  # places along a side where there is no area
+_BARE = 1e-4  # of a triangle: if less is there, it has no colour of its own
+_WHOLE = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], np.float64)
 
 
 def mean_texels(texture, corners):
@@ -17,7 +19,24 @@ def mean_texels(texture, corners):
     rows are taken together; where a triangle has so many repeats under it, all rows. Triangles without an area, or
     next to none over many repeats, have the mean of places on them. Places that are not finite, or beyond
     1e9, count as 0.
+
+    With a cover, texels count by what is there of them, for those that are not are black in many files. A triangle
+    where nothing is has the mean of the whole texture.
     """
+    means = _means(texture, corners)
+    if texture.cover is None:
+        return means
+    bare = means[:, 3] < _BARE
+    if bare.any():
+        whole = _means(texture, _WHOLE).mean(axis=0)
+        if whole[3] < _BARE:
+            return _means(texture._replace(cover=None), corners)
+        means[bare] = whole
+    return np.clip(np.round(means[:, :3] / means[:, 3:], 6), 0.0, 1.0)
+
+
+def _means(texture, corners):
+    """(f, 3) means of mean_texels; with a cover (f, 4), of colours times it, and of itself."""
     size = np.array(texture.pixels.shape[1::-1], np.float64)
     places = np.where(np.abs(corners) < _FARTHEST, corners, 0.0) * [1.0, -1.0]  # rows go down
     places = (places - np.floor(places.min(axis=1, keepdims=True))) * size  # in texels, from the first tile on
@@ -27,7 +46,7 @@ def mean_texels(texture, corners):
     # Sums along rows are rounded: what is thinner would be off by more than 1e-4.
     reach, length = size[0] + last[:, 0], (last - first).max(axis=1)
     thin = ~(np.abs(areas) > length * reach * (1e-9 + 1e-12 * reach))
-    means = np.empty((len(corners), 3))
+    means = np.empty((len(corners), _channels(texture)))
     for some, count in ((thin & (length <= _FEW), _FEW), (thin & (length > _FEW), _MANY)):
         means[some] = _of_places(texture, places[some], count)
     means[~thin] = _of_areas(texture, places[~thin], areas[~thin])
@@ -35,22 +54,27 @@ def mean_texels(texture, corners):
     return np.clip(np.round(means, 9), 0.0, 1.0)
 
 
+def _channels(texture):
+    return 3 if texture.cover is None else 4
+
+
 def _of_places(texture, places, count):
-    """(f, 3): means of the texels in the middles of the count^2 triangles that parts of the sides make."""
+    """(f, 3 or 4): means of the texels in the middles of the count^2 triangles that parts of the sides make."""
     height, width = texture.pixels.shape[:2]
     upright = [(3 * i + 1, 3 * j + 1) for i in range(count) for j in range(count - i)]
     middles = upright + [(3 * i + 2, 3 * j + 2) for i in range(count - 1) for j in range(count - 1 - i)]
-    total = np.zeros((len(places), 3))
+    total = np.zeros((len(places), _channels(texture)))
     for a, b in middles if len(places) else ():
         whole = 3 * count
         x, y = ((whole - a - b) * places[:, 0] + a * places[:, 1] + b * places[:, 2]).T / whole
         column, row = np.floor(x).astype(np.int64) % width, np.floor(y).astype(np.int64) % height
-        total += texture.linear[texture.pixels[row, column]]
+        for channel in range(total.shape[1]):
+            total[:, channel] += texture.values(row, column, channel)
     return total / len(middles)
 
 
 def _of_areas(texture, places, areas):
-    """(f, 3): means over triangles that have an area (f,), with a sign, of places (f, 3, 2) in texels."""
+    """(f, 3 or 4): means over triangles that have an area (f,), with a sign, of places (f, 3, 2) in texels."""
     height, width = texture.pixels.shape[:2]
     top, bottom = places[:, :, 1].min(axis=1), places[:, :, 1].max(axis=1)
     most = next((rows for rows in _ROWS if np.minimum(bottom - top, rows).sum() <= _OF_ALL), _ROWS[-1])
@@ -62,14 +86,14 @@ def _of_areas(texture, places, areas):
     order = np.lexsort((top, band, steps))
     pieces = np.cumsum(2.0 * (bottom - top)[order] / steps[order] + 6.0) // _AT_ONCE
     cuts = np.diff(np.stack([steps[order], band[order], pieces]), axis=1).any(axis=0)
-    means = np.empty((len(places), 3))
+    means = np.empty((len(places), _channels(texture)))
     for some in np.split(order, np.flatnonzero(cuts) + 1) if len(order) else ():
         means[some] = _integrals(texture, places[some], int(steps[some[0]])) / areas[some, None]
     return means
 
 
 def _integrals(texture, places, step):
-    """(f, 3): integrals over triangles (f, 3, 2) in texels: of sums along rows, by Green's theorem along the sides."""
+    """(f, 3 or 4): integrals over triangles (f, 3, 2) in texels: of sums along rows by Green's theorem on the sides."""
     width = texture.pixels.shape[1]
     side, row, top, bottom, left, right = _pieces(places, texture.pixels.shape[0], step)
     rows, row = np.unique(row, return_inverse=True)
@@ -85,8 +109,8 @@ def _integrals(texture, places, step):
     border, before, behind = columns[1][passes], left[passes], right[passes]
     bend[passes] = (behind - border) * (border - before) / (behind - before)
     heights = bottom - top
-    found = np.empty((len(places), 3))
-    for channel in range(3):
+    found = np.empty((len(places), _channels(texture)))
+    for channel in range(found.shape[1]):
         texels = _rows(texture, channel, rows, step)
         sums = np.zeros((len(rows), width + 1))
         np.cumsum(texels, axis=1, out=sums[:, 1:])
@@ -145,10 +169,10 @@ def _pieces(places, height, step):
 def _rows(texture, channel, rows, step):
     """(len(rows), w): linear texels of a channel, means of `step` rows each."""
     if step == 1:
-        return texture.linear[texture.pixels[rows, :, channel]]
+        return texture.values(rows, slice(None), channel)
     total = np.zeros((len(rows), texture.pixels.shape[1]))
     for k in range(step):
         below = rows * step + k
         inside = below < texture.pixels.shape[0]
-        total[inside] += texture.linear[texture.pixels[below[inside], :, channel]]
+        total[inside] += texture.values(below[inside], slice(None), channel)
     return total / np.minimum(step, texture.pixels.shape[0] - rows * step)[:, None]

@@ -9,36 +9,57 @@ from surflux._base.color import WHITE, rgb_of_grey, srgb_to_linear
 from surflux.geometry.texel_means import mean_texels
 
 NO_PLACE = 0xFFFFFFFF  # of a corner
+_ALPHA = np.arange(256) / 255.0
+_WITH_ALPHA = ("RGBA", "RGBa", "LA", "La", "PA")
 _LARGEST = 1 << 29  # pixels of a file: 23 000 on a side, 1.6 GB
 
 
 class Texture(NamedTuple):
-    """An image: (h, w, 3) pixels of 8 or 16 bits, and what each of their values is, linear."""
+    """An image: (h, w, 3) pixels of 8 or 16 bits, and what each of their values is, linear.
+
+    With `cover` pixels are (h, w, 4), and it has, from 0 to 1, what is there of a texel by its alpha.
+    """
 
     pixels: np.ndarray
     linear: np.ndarray
+    cover: np.ndarray | None = None
+
+    def values(self, row, column, channel):
+        """What texels have of a channel, linear, times what is there of them; of channel 3 what is there."""
+        if self.cover is None:
+            return self.linear[self.pixels[row, column, channel]]
+        there = self.cover[self.pixels[row, column, 3]]
+        return there if channel == 3 else there * self.linear[self.pixels[row, column, channel]]
 
 
-def texture_of(image):
-    """The Texture of an image of Pillow; ValueError where it has no colours of 8 or 16 bits."""
+def texture_of(image, cover=None):
+    """The Texture of an image of Pillow; ValueError where it has no colours of 8 or 16 bits.
+
+    cover: (256,), as Texture has it, for images of 8 bits; None where alpha does not count.
+    """
     pixels = np.asarray(image)
     if pixels.dtype.kind == "u" and pixels.dtype.itemsize == 2:  # of either byte order
         pixels = pixels if pixels.ndim == 3 else rgb_of_grey(pixels)
         return Texture(pixels[:, :, :3], srgb_to_linear(np.arange(65536) / 65535.0))
     if image.mode in ("I", "F"):
         raise ValueError(f"a texture of mode {image.mode}; wanted 8 or 16 bits a channel")
-    return Texture(np.asarray(image.convert("RGB")), srgb_to_linear(np.arange(256) / 255.0))
+    linear = srgb_to_linear(np.arange(256) / 255.0)
+    if cover is not None:
+        pixels = np.asarray(image.convert("RGBA"))
+        if (cover < 1.0)[pixels[:, :, 3]].any():
+            return Texture(pixels, linear, cover)
+    return Texture(np.asarray(image.convert("RGB")), linear)
 
 
 def read_texture(path):
-    """The Texture of a file, by Pillow; ImportError, or what Pillow raises, where there is none."""
+    """The Texture of a file, with a cover where it has alpha; ImportError, or what Pillow raises, of none."""
     from PIL import Image
 
     # Its own limit, of 13 000 on a side, is below what photogrammetry writes.
     before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, _LARGEST
     try:
         with Image.open(path) as image:
-            return texture_of(image)
+            return texture_of(image, _ALPHA if image.mode in _WITH_ALPHA or "transparency" in image.info else None)
     finally:
         Image.MAX_IMAGE_PIXELS = before
 

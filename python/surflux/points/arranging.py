@@ -76,7 +76,13 @@ def replace(
     if core.has_specular or "specular" in given:
         gloss = {"specular": given.get("specular", core.specular)}
         require_energy(given.get("reflectance", core.reflectance), gloss if gloss["specular"] is not None else {})
-    return self._from_core(replaced(self._core, **given), self._faces)
+    faces = self._faces
+    if faces is not None:
+        colors = ("reflectance", "emission")
+        faces = faces.without_textures(
+            [n for n in colors if n in given and not np.array_equal(given[n], getattr(core, n))]
+        )
+    return self._from_core(replaced(self._core, **given), faces)
 
 
 def transformed(self: SomeSurfels, matrix: ArrayLike) -> SomeSurfels:
@@ -124,7 +130,7 @@ def thinned(
             False cancels.
 
     Raises:
-        ValueError: n out of range.
+        ValueError: n out of range; areas that are 0 of all surfels.
         Cancelled: the callback returned False.
     """
     return thinned_with_rows(self, n, seed, threads=threads, progress=progress)[0]
@@ -206,6 +212,8 @@ def _thinned_rows(points, back_of, n, area, seed):
 
 def concatenate(surfels: list[SomeSurfels] | tuple[SomeSurfels, ...]) -> SomeSurfels:
     """One Surfels of several, one after another; its areas are those given, None where they are open for any of them.
+
+    Faces of meshes and their textures do not go with them: objects of a Scene keep theirs.
 
     Args:
         surfels: list of Surfels, at least one.

@@ -6,6 +6,9 @@ from surflux import _core
 
 _FEW = 1000  # points: their columns do not tell a layer from a body
 _PER_COLUMN = 16  # points
+# Of the columns with points in them, those that hold half as many, at least: fewer do where objects are sampled finer
+# than their floor, by 3 a seventh, evenly sampled or scanned from above .7 to 1. Columns are then up to so much wider.
+_FILLED, _WIDEST = 0.7, 16.0
 _THIN = 3.0  # widths of a column that its points may spread along it
 _SINGLE = 0.7  # of the columns have to be thin
 _OUTER = 0.01  # of the points on either side do not count
@@ -53,7 +56,7 @@ def layer_of(points):
 
 def is_terrain(points):
     """Whether points (n, 3) have, nearly everywhere, one height z, and little of it."""
-    return len(points) >= _FEW and _is_low(points) and _has_one_height(points)
+    return len(points) >= _FEW and _is_low(points) and _has_one_height(points) and len(_some_places(points)) >= _FEW
 
 
 def is_terrain_of(points, up):
@@ -78,15 +81,29 @@ def _has_one_height(points):
 
 
 def _is_low(points):
-    low, high = np.quantile(points, [_OUTER, 1.0 - _OUTER], axis=0)
-    x, y, z = high - low
+    x, y, z = np.diff(np.quantile(_evenly(points), [_OUTER, 1.0 - _OUTER], axis=0), axis=0)[0]
     return z <= _LOWEST * min(x, y)
 
 
-def _thin_out_from_origin(points):
+def _evenly(points):
+    """Of points (n, 3) one in each cube as wide as they are apart on average: parts count by area, not by points."""
+    width = mean_spacing(points[:, :2])
+    if not width > 0.0:
+        return points
+    cells = np.clip(np.floor((points - np.median(points, axis=0)) / width), -(2**20), 2**20 - 1).astype(np.int64)
+    _, some = np.unique(cells @ [1 << 42, 1 << 21, 1], return_index=True)
+    return points[some]
+
+
+def _some_places(points):
+    """At most _ASKED of points (n, 3), without copies, as dropped returns at the origin are."""
     if len(points) > _ASKED:
         points = points[np.random.default_rng(0).choice(len(points), _ASKED, replace=False)]
-    some = np.unique(points, axis=0)
+    return np.unique(points, axis=0)
+
+
+def _thin_out_from_origin(points):
+    some = _some_places(points)
     if len(some) < _FEW:
         return False
     apart = np.linalg.norm(some[_core.nearest_points(some, _NEAR + 1)[:, _NEAR]] - some, axis=1)
@@ -151,8 +168,7 @@ def _is_layer(places, depth):
         return False
     width = _column_width(places)
     inside = np.all((places >= low) & (places <= high), axis=1)
-    cells = np.floor((places[inside] - low) / width).astype(np.int64)
-    column = cells[:, 0] * (1 + cells[:, 1].max()) + cells[:, 1]
+    column = _filled_columns(places[inside] - low, width)
     order = np.lexsort((depth[inside], column))
     column, sorted_depth = column[order], depth[inside][order]
     begin = np.flatnonzero(np.diff(column, prepend=-1))
@@ -163,3 +179,15 @@ def _is_layer(places, depth):
     tenth = (0.1 * count[full]).astype(np.int64)
     spread = sorted_depth[begin[full] + count[full] - 1 - tenth] - sorted_depth[begin[full] + tenth]
     return np.mean(spread < _THIN * width) >= _SINGLE
+
+
+def _filled_columns(places, width):
+    """(n,) the column of each of places (n, 2) from 0, of so wide ones, or of wider ones of which most are filled."""
+    widest = _WIDEST * width
+    while True:
+        cells = np.floor(places / width).astype(np.int64)
+        cells = cells[:, 0] * (1 + cells[:, 1].max()) + cells[:, 1]
+        _, column, count = np.unique(cells, return_inverse=True, return_counts=True)  # of a line cells are countless
+        if np.mean(count >= _PER_COLUMN // 2) >= _FILLED or width >= widest:
+            return column
+        width *= np.sqrt(2.0)

@@ -15,9 +15,12 @@ from surflux.points.properties import (
     take_linear,
     take_normals,
     take_radii,
+    warn_of_colors_left,
 )
 from surflux.points.writing import CORNER_NAMES
+from surflux.scans.columns import triples
 from surflux.scans.formats import format_of
+from surflux.scans.viewpoints import rows_of_places, viewpoints_of
 
 
 def load_arrays(path, format=None):
@@ -30,6 +33,7 @@ def load_arrays(path, format=None):
         where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the patches.
         "environment": (k, 3), the pixels of lights that solutions have, or None. "faces": how many others there are, of
         which nothing is read. "columns": all other properties of the vertices by name, (n,). "comments": list of str.
+        "viewpoints": (k, 3), rows of NaN where not known, and "scan": (n,) which of them is each vertex's, or None.
 
     Raises:
         FileError: as read.
@@ -42,9 +46,11 @@ def load_arrays(path, format=None):
     types = ply["types"].get("vertex", {})
     if ply["elements"].get("vertex", 0) == 0:
         raise file_error(path, "no points: it has no element 'vertex', or an empty one")
-    points = take(path, columns, ("x", "y", "z"))
+    points = take(path, columns, triples(columns).get("points", ("x", "y", "z")))
     if points is None:
         raise file_error(path, "no points: its vertices have no x, y and z")
+    for axis, values in zip("xyz", points.T, strict=True):
+        check_rows(path, axis, values, -np.inf)  # the core does so under these names only
     out = {"points": points, "normals": take_normals(path, columns)}
     out["radii"] = take_radii(path, columns)
     out["areas"] = columns.pop("area", None)
@@ -60,6 +66,8 @@ def load_arrays(path, format=None):
     if out["reflectance"] is None:
         out["reflectance"] = colors
         warn_of_black(path, colors)
+        if colors is None:
+            warn_of_colors_left(path, columns)
     else:
         require_less_than_one(path, out["reflectance"])
     out["gloss"] = take_gloss(path, columns)
@@ -70,16 +78,25 @@ def load_arrays(path, format=None):
     out["environment"] = np.stack(channels, axis=-1) if len(channels) == 3 else None
     out["columns"] = columns
     out["comments"] = ply["comments"]
+    out["viewpoints"], out["scan"] = rows_of_places(viewpoints_of(ply["comments"])), columns.get("scan")
     return out
 
 
 def _solved(columns):
-    """Without points that are no surfels of the solution that the file holds: their radius and area are NaN."""
+    """Without points that are no surfels of the solution that the file holds."""
+    none = left_of_solution(columns)
+    return columns if none is None else {name: values[~none] for name, values in columns.items()}
+
+
+def left_of_solution(columns):
+    """(n,) booleans: points that are no surfels of the solution that these columns are of, for their radius and area
+    are NaN; None where there are none.
+    """
     radius, area = columns.get("radius"), columns.get("area")
     if radius is None or area is None or "irradiance_r" not in columns:
-        return columns
+        return None
     none = np.isnan(radius) & np.isnan(area)
-    return {name: values[~none] for name, values in columns.items()} if np.any(none) else columns
+    return none if np.any(none) else None
 
 
 def _patches(path, ply, n):

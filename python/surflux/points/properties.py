@@ -4,23 +4,36 @@ import os
 
 import numpy as np
 
-from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, rgb_of_grey, white_of_colors
+from surflux._base.check import listed
+from surflux._base.color import reflectance_of_colors, rgb_of_grey, white_of_colors
 from surflux._base.files import file_error
 from surflux._base.warn import warn
 from surflux.geometry.gloss import USUAL_EXPONENT
+from surflux.scans.columns import like_colors, triples
 
+_SHOWN = 4  # names in a warning
 LINEAR = ("reflectance", "emission")  # RGB that surfels have, property by property with _r, _g and _b
 
 
+def found(columns, name):
+    """What the column of a name, in lower case, is called there: that name, or another case of it; None without one."""
+    return name if name in columns else next((key for key in columns if str(key).lower() == name.lower()), None)
+
+
+def pop(columns, name):
+    """The column of a name, in any case, taken out; None where there is none."""
+    return columns.pop(found(columns, name), None)
+
+
 def take(path, columns, names):
-    """The columns of these names, taken out, as one array; None where there are none."""
-    there = [name for name in names if name in columns]
+    """The columns of these names, in any case, taken out, as one array; None where there are none."""
+    there = {name: key for name in names if (key := found(columns, name)) is not None}
     if not there:
         return None
     if len(there) < len(names):
-        missing = next(name for name in names if name not in columns)
-        raise file_error(path, f"its vertices have {there[0]}, but no {missing}")
-    return np.stack([columns.pop(name) for name in names], axis=-1)
+        missing = next(name for name in names if name not in there)
+        raise file_error(path, f"its vertices have {next(iter(there.values()))}, but no {missing}")
+    return np.stack([columns.pop(there[name]) for name in names], axis=-1)
 
 
 def take_linear(path, columns, name, nan=True):
@@ -29,20 +42,21 @@ def take_linear(path, columns, name, nan=True):
     It is what name_r, name_g and name_b say, else an array of its own name, as NPZ files have; which is no exitance or
     reflectance, and stays, where its shape or values are others: a warning says so.
     """
-    found = take(path, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
-    if found is not None or name not in columns:
-        return found
-    why = _not_linear(name, columns[name], nan)
+    taken, key = take(path, columns, tuple(f"{name}_{channel}" for channel in "rgb")), found(columns, name)
+    if taken is not None or key is None:
+        return taken
+    why = _not_linear(name, columns[key], nan)
     if why is not None:
-        warn(f"{os.fsdecode(path)}: its column {name} is not used: {why}")
+        warn(f"{os.fsdecode(path)}: its column {key} is not used: {why}")
         return None
-    values = np.asarray(columns.pop(name), dtype=np.float64)
+    values = np.asarray(columns.pop(key), dtype=np.float64)
     return values if values.ndim == 2 else rgb_of_grey(values)
 
 
 def has_linear(columns, name):
     """Whether take_linear finds something there."""
-    return f"{name}_r" in columns or (name in columns and _not_linear(name, columns[name]) is None)
+    key = found(columns, name)
+    return found(columns, f"{name}_r") is not None or (key is not None and _not_linear(name, columns[key]) is None)
 
 
 def _not_linear(name, values, nan=True):
@@ -78,7 +92,7 @@ def require_less_than_one(path, reflectance):
 
 def take_normals(path, columns):
     """The normals, of length 1, rows of NaN where they are zero or not finite; None where there are none."""
-    normals = take(path, columns, ("nx", "ny", "nz"))
+    normals = take(path, columns, triples(columns).get("normals", ("nx", "ny", "nz")))
     if normals is None:
         return None
     return unit_normals(normals)
@@ -97,7 +111,7 @@ def unit_normals(normals):
 
 def take_radii(path, columns):
     """The radii; None where there are none, or nobody filled them in."""
-    radii = columns.pop("radius", None)
+    radii = pop(columns, "radius")
     # Some programs write the property and never fill it in.
     if radii is None or not np.any(radii):
         return None
@@ -111,21 +125,31 @@ def take_gloss(path, columns):
     if specular is None:  # and an exponent is something else
         return {}
     check_rows(path, "specular", specular, 0.0)
-    exponent = columns.pop("exponent", np.full(len(specular), USUAL_EXPONENT))
+    exponent = pop(columns, "exponent")
+    exponent = np.full(len(specular), USUAL_EXPONENT) if exponent is None else exponent
     check_rows(path, "exponent", exponent, 0.0)
     return {"specular": specular, "exponent": exponent}
 
 
 def take_colors(path, columns, types):
     """The colours as linear reflectance; None where there are none."""
-    for names in COLOR_CHOICES:
-        if not all(name in columns for name in names):
-            continue
-        colors = take(path, columns, names)
-        check_rows(path, "colour", colors, 0.0)
-        white = white_of_colors(colors, types[names[0]], path)
-        if white is None:
-            row = int(np.argmax(colors.max(axis=1)))
-            raise file_error(path, f"vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
-        return reflectance_of_colors(colors, white)
-    return None
+    names = triples(columns).get("colors")
+    if names is None:
+        return None
+    colors = take(path, columns, names)
+    check_rows(path, "colour", colors, 0.0)
+    white = white_of_colors(colors, types[names[0]], path)
+    if white is None:
+        row = int(np.argmax(colors.max(axis=1)))
+        raise file_error(path, f"vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
+    return reflectance_of_colors(colors, white)
+
+
+def warn_of_colors_left(path, columns):
+    """Names the columns that look like colours, where none were taken: of two channels, or of one number for all."""
+    left = like_colors(columns)
+    if left:
+        warn(
+            f"{os.fsdecode(path)}: what looks like colours is not taken ({listed(left, _SHOWN)}): wanted three columns "
+            "such as red, green, blue, or r, g, b, or Rf, Gf, Bf (fractions), and not one number for all three"
+        )

@@ -48,7 +48,10 @@ def read(
     Of PLY files the vertices become surfels; faces, but for the patches that Surfels.save writes, are left out, with a
     warning (Surfels.from_mesh is for them). Besides `x y z`, `nx ny nz` and colours, `radius`, `area`,
     `reflectance_r/g/b`, `emission_r/g/b`, `specular_r/g/b` and `exponent` are read; also `reflectance` and `emission`,
-    one column, or an array (n, 3) of NPZ, and a warning says where their values are none.
+    one column, or an array (n, 3) of NPZ, and a warning says where their values are none, such as decibels. Names are
+    known in any case, in every format; colours are `red green blue`, `r g b`, or CloudCompare's fractions `Rf Gf Bf`,
+    and `Points:0`, `Normals:0` and `RGB:0` with their 1 and 2 are ParaView's. A warning names columns that look like
+    colours and are not taken.
 
     Args:
         path: str or path.
@@ -56,7 +59,8 @@ def read(
             "xyzn" (normals), "xyzrgb" (colours), "pts", "csv"; None to see.
         reflectance: one number, RGB (3,), (n,) or (n, 3), instead of what the file says; None for the file's
             `reflectance_r/g/b` or `reflectance`, else its colours, sRGB made linear with white (255, 65535 or 1) at
-            .98, else grey by its intensity, .5 at the mean, else 0.5.
+            .98, else grey by its intensity, at most .98 and .5 on average (where it is not known, too: NaN, or one
+            value below 0 that stands for no data, as -9999), else 0.5.
         emission: exitance, the same shapes; 0 keeps what the file says.
         viewpoint: (3,), where the points were seen from; orients normals that are estimated. None for what the file
             says: the position of each scan of an E57 file, the viewpoint of a PCD file where it is not the default, or

@@ -18,13 +18,14 @@ from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
 from surflux.points.depth_steps import without_steps
 from surflux.points.exposure import warn_of_black
-from surflux.points.properties import has_linear, unit_normals
+from surflux.points.properties import has_linear, unit_normals, warn_of_colors_left
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
 from surflux.points.seen_from import FACED, FACING, viewed_from
 from surflux.points.surfels import Surfels
-from surflux.scans.las import FLAGS
+from surflux.scans.columns import FLAGS
 from surflux.scans.names import OWN, Names
 from surflux.scans.reading import read_columns
+from surflux.scans.viewpoints import rows_of_places
 from surflux.scans.writing import write_points, written_suffix
 
 _BLOCK = 1_000_000  # colours made linear at once
@@ -132,7 +133,7 @@ class Scan:
 
         Args:
             reflectance, emission: as read takes them. None is the reflectance of the colours, else grey by the
-                intensity, .5 at its mean, else .5.
+                intensity, .5 on average, else .5.
             viewpoint: (3,), towards which estimated normals turn; None for the scan's own, each scan's for its points.
             orient: as read takes it.
             threads: at most this many; None for all.
@@ -197,7 +198,8 @@ class Scan:
         where that file has a `row` of its own. LAS and LAZ take `pip install 'surflux[scans]'`; what they have no field
         for stands in extra dimensions, and is read back by its name; coordinates of a LAS file come back bit by bit,
         with its coordinate reference system. NPZ has arrays by name, VTP is for ParaView, glTF (.glb, .gltf) for
-        viewers, which have y up; points of these two are not read back.
+        viewers, which have y up; points of these two are not read back. PLY and NPZ keep viewpoints, too; of points
+        without normals a warning says where they are lost.
 
         Args:
             path: ending in .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf. A file that is there is replaced, whole
@@ -256,7 +258,7 @@ class Scan:
             names = Names(path, out)
             out[names.free("row")] = self.rows
             names.warn_of_others()
-        write_points(path, out, self.frame, comments, up, pixels)
+        write_points(path, out, self.frame, comments, up, pixels, self.viewpoints)
         return path
 
     def display_colors(self, bits: Literal[8, 16] = 8) -> NDArray[np.uint8] | NDArray[np.uint16]:
@@ -319,21 +321,23 @@ def scan_of_columns(path, read):
     """The Scan of what read_columns read of a path."""
     columns = {name: values for name, values in read.columns.items() if name not in FLAGS or np.any(values)}
     points, normals, colors = (columns.pop(name, None) for name in ("points", "normals", "colors"))
-    places = [[np.nan] * 3 if place is None else place for place in read.viewpoints]
+    places = rows_of_places(read.viewpoints)
     if read.uniform is not None and "scan" not in columns and not np.any(np.isfinite(places)):
         kind, place = viewed_from(read.uniform)
         if kind == "turn":  # which points as even as these are now do not tell
-            places = [place]
+            places = place[None, :]
             if normals is None:
                 LOG.info(FACING, os.fsdecode(path), FACED[kind])
     if not has_linear(columns, "reflectance"):  # else colours show something else
         warn_of_black(os.fsdecode(path), colors)
+        if colors is None:
+            warn_of_colors_left(path, columns)
     return Scan(
         points,
         None if normals is None else unit_normals(normals),
         None if colors is None else _reflectance(path, colors, read.rows),
         columns,
-        np.reshape(np.array(places, dtype=np.float64), (-1, 3)),
+        places,
         read.rows,
         file_error(path, "").args[0].removesuffix(": "),
         read.frame,

@@ -4,14 +4,22 @@ import os
 
 import numpy as np
 
-from surflux._base.color import WHITE, rgb_of_grey
 from surflux._base.files import file_error
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals, percent
 from surflux.geometry.facing import checked_places, facing_of
-from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take_gloss, take_linear, take_radii
+from surflux.points.intensity import scale_of_intensity
+from surflux.points.properties import (
+    LINEAR,
+    check_rows,
+    found,
+    require_less_than_one,
+    take_gloss,
+    take_linear,
+    take_radii,
+)
 from surflux.points.seen_from import FACED, normals_of_seen, viewed_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
@@ -29,7 +37,7 @@ def arrays_of_scan(scan):
     columns = dict(scan.attributes)
     _drop_unknown(scan.name, columns)
     out = {"points": scan.points, "normals": scan.normals, "radii": take_radii(scan.name, columns)}
-    out["areas"] = columns.pop("area", None)
+    out["areas"] = columns.pop("area", None)  # our own; an Area may be that of what a point stands for on a map
     check_rows(scan.name, "area", out["areas"], 0.0)
     for name in LINEAR:
         out[name] = take_linear(scan.name, columns, name)
@@ -49,11 +57,12 @@ def arrays_of_scan(scan):
 
 def _drop_unknown(path, columns):
     """Takes radii and areas out that are NaN of some points: those of the others covered a surface without them."""
-    unknown = {name: np.isnan(columns[name]) for name in ("radius", "area") if name in columns}
+    names = [name for name in (found(columns, "radius"), "area") if name is not None and name in columns]
+    unknown = {name: np.isnan(columns[name]) for name in names}
     unknown = {name: bad for name, bad in unknown.items() if np.any(bad)}
     if unknown:
-        columns.pop("radius", None)
-        columns.pop("area", None)
+        for name in names:
+            columns.pop(name)
         some, bad = " and ".join(unknown), next(iter(unknown.values()))
         LOG.info(
             "%s: %s not known (NaN) of %d of %d points: estimated of all", path, some, np.count_nonzero(bad), len(bad)
@@ -69,27 +78,15 @@ def _known(path, name, values, usual):
     return np.where(unknown[:, None], usual, values)
 
 
-def grey_of_intensity(intensity):
-    """Linear reflectance (n, 3) of the intensity of what a scanner got back: .5 at its mean, at most .98.
-
-    Intensities below 0, as of a logarithmic scale, count from the least of them. None where they say nothing.
-    """
-    values = np.asarray(intensity, dtype=np.float64)
-    if values.ndim != 1 or not np.all(np.isfinite(values)):
-        return None
-    values = values - min(0.0, values.min())
-    mean = values.mean()
-    if mean <= 0.0 or values.min() == values.max():
-        return None
-    return rgb_of_grey(np.minimum(values * (0.5 / mean), WHITE))
-
-
-def _reflectance(arrays):
+def _reflectance(path, arrays):
     if arrays["reflectance"] is not None:
         return arrays["reflectance"]
     names = [name for name in arrays["columns"] if attribute_name(name) == "intensity"]
-    grey = grey_of_intensity(arrays["columns"][names[0]]) if names else None
-    return 0.5 if grey is None else grey
+    scale = scale_of_intensity(arrays["columns"][names[0]]) if names else None
+    if scale is None:
+        return 0.5
+    scale.tell(os.fsdecode(path))
+    return scale.reflectance(arrays["columns"][names[0]])
 
 
 def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint, orient=None):
@@ -101,7 +98,7 @@ def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint, orient=Non
     if viewpoint is None and len(places) == 1 and np.all(np.isfinite(places)):
         viewpoint = places[0]
     if reflectance is None:
-        reflectance = _reflectance(arrays)
+        reflectance = _reflectance(path, arrays)
     if arrays["emission"] is not None and np.ndim(emission) == 0 and emission == 0:
         emission = arrays["emission"]
     try:
@@ -209,10 +206,13 @@ def with_estimated(points, normals, bad, viewpoint):
 def _towards_scanners(arrays):
     """Estimated normals of points of several scans, each towards its own scanner; None where no position is known."""
     places, scan = arrays.get("viewpoints", ()), arrays.get("scan")
-    if scan is None or not np.any(np.isfinite(places)):
+    if scan is None or scan.ndim != 1 or not np.any(np.isfinite(places)):
         return None
     normals = np.array(estimated_normals(arrays["points"], None))
-    towards = np.sum((places[scan] - arrays["points"]) * normals, axis=1)  # NaN of a scan without a position
+    with np.errstate(invalid="ignore"):
+        known = (scan >= 0) & (scan < len(places)) & (scan == np.floor(scan))  # any file may have such a column
+    seen_from = np.where(known[:, None], places[np.where(known, scan, 0).astype(np.int64)], np.nan)
+    towards = np.sum((seen_from - arrays["points"]) * normals, axis=1)  # NaN of a scan without a position
     return np.where(towards[:, None] < 0.0, -normals, normals)
 
 

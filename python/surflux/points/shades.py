@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from surflux._base.color import WHITE, reflectance_of_colors, rgb_of_grey
+from surflux._base.color import reflectance_of_colors
 from surflux.points.exposure import exposed_by, exposure_of_colors, warn_of_so_many_black
+from surflux.points.intensity import Levels
 
 _LEVELS = 65536  # of 16 bits
 
@@ -17,7 +18,7 @@ class Shades:
         self._channels = np.zeros(_LEVELS, np.int64)  # how many have each value, but for black points
         self._brightest = np.zeros(_LEVELS, np.int64)
         self._black = 0
-        self._low, self._high, self._sum, self._count = np.inf, -np.inf, 0.0, 0
+        self._intensities, self._scale, self._scaled = Levels(), None, False
 
     def add(self, columns):
         """Takes a chunk: "colors" (n, 3) of 16 bits and "intensity" (n,), whatever there is of these."""
@@ -28,9 +29,7 @@ class Shades:
             self._brightest += np.bincount(most[most > 0], minlength=_LEVELS)
             self._black += int(np.count_nonzero(most == 0))
         if intensity is not None and len(intensity):
-            self._low, self._high = min(self._low, intensity.min()), max(self._high, intensity.max())
-            self._sum += float(intensity.sum(dtype=np.float64))
-            self._count += len(intensity)
+            self._intensities.add(intensity)
 
     @property
     def has_colors(self):
@@ -46,17 +45,20 @@ class Shades:
         return reflectance_of_colors(colors, self._white())
 
     def reflectance(self, columns):
-        """(n, 3) linear reflectance of a chunk: of exposed colours, else grey by intensity, .5 at its mean, else .5."""
+        """(n, 3) linear reflectance of a chunk: of exposed colours, else grey by intensity, .5 on average, else .5."""
         count = len(columns["points"])
         if self.has_colors:
             self._factor = self._exposure() if self._factor is None else self._factor
             return exposed_by(self._factor, self.of_colors(columns["colors"]))
-        low = min(0.0, self._low)
-        mean = self._sum / self._count - low if self._count else 0.0
-        if mean <= 0.0 or self._low == self._high:
-            return np.full((count, 3), 0.5)
-        grey = np.minimum((columns["intensity"].astype(np.float64) - low) * (0.5 / mean), WHITE)
-        return rgb_of_grey(grey)
+        scale, intensity = self._intensity_scale(), columns.get("intensity")
+        return np.full((count, 3), 0.5) if scale is None or intensity is None else scale.reflectance(intensity)
+
+    def _intensity_scale(self):
+        if not self._scaled:
+            self._scale, self._scaled = self._intensities.scale(), True
+            if self._scale is not None:
+                self._scale.tell("tiles")
+        return self._scale
 
     def _white(self):
         return 255.0 if np.flatnonzero(self._brightest)[-1] <= 255 else 65535.0

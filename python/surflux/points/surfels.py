@@ -18,6 +18,7 @@ from surflux.geometry.gloss import USUAL_EXPONENT, gloss_arrays, require_energy
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, name_of, read_mesh
 from surflux.geometry.sheets import sheet_faces
+from surflux.geometry.transparency import tell_backs
 from surflux.geometry.winding import warn_of_winding
 from surflux.points import arranging, materials, showing, summaries
 from surflux.points.foreign_clouds import unpacked
@@ -127,7 +128,9 @@ class Surfels:
 
     def _reflecting(self, reflectance):
         """The same with another reflectance, (n, 3)."""
-        return Surfels._from_core(self._core.with_reflectance(reflectance), self._faces)
+        return Surfels._from_core(
+            self._core.with_reflectance(reflectance), self._faces and self._faces.without_textures()
+        )
 
     @classmethod
     def from_mesh(
@@ -194,6 +197,7 @@ class Surfels:
         polygons = read_mesh(mesh)
         if two_sided is not True and polygons is not mesh:  # which commands have read, and turn over by themselves
             warn_of_winding(polygons, name_of(mesh), two_sided == "sheets" and sheet_faces(polygons))
+            tell_backs(name_of(mesh), polygons, two_sided)
         faces = len(polygons.offsets) - 1
         if reflectance is not None:
             reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
@@ -333,7 +337,7 @@ class Surfels:
         return Surfels._from_core(self._core, self._faces)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_core": self._core, "_arrays": {}, "_faces": self._faces}
+        return {"_core": self._core, "_arrays": {}, "_faces": self._faces and self._faces.without_textures()}
 
     def __len__(self) -> int:
         return len(self._core)

@@ -8,19 +8,30 @@ from surflux.points.layers import mean_spacing
 
 _OUTER = 0.01  # of the points on either side do not count
 _STEEP, _LEVEL = 0.5, 0.7  # z of the normals of facades, at most, and of ground and roofs, at least
+_AT_GROUND = 0.25  # widths of a cell, which is two spacings: as near to the ground around is part of it
 _HIGH = 100.0  # extents: from so far above all of a terrain is seen
 
 
 def normals_of_terrain(points):
     """(n, 3) unit normals, estimated, of points (n, 3) of a terrain: upwards, and of facades outwards."""
-    return facades_outwards(points, normals_towards(points, high_above(points.min(axis=0), points.max(axis=0))))
+    normals, is_open = _normals_towards(points, high_above(points.min(axis=0), points.max(axis=0)))
+    down = np.flatnonzero(normals[:, 2] < -_LEVEL)
+    heights = _Heights(points[normals[:, 2] > _LEVEL])
+    is_ground = np.abs(points[down, 2] - heights.lowest(points[down])) < _AT_GROUND * heights.width
+    normals[down[is_ground]] *= -1.0  # no underside, but what a body touches
+    return np.where(is_open[:, None], facades_outwards(points, normals), normals)  # of bodies rays have told
 
 
 def normals_towards(points, place):
     """The same, towards a place (3,), which has seen all of them."""
+    return _normals_towards(points, place)[0]
+
+
+def _normals_towards(points, place):
+    """(The same; (n,) which of them are on open surfaces.)"""
     normals = np.array(estimated_normals(points, place))
-    found = facing_of(points, normals, place[None])
-    return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
+    found = facing_of(points, normals, place[None], estimated=True)
+    return np.where((found.turned & ~found.open)[:, None], -normals, normals), found.open  # both sides of a plate
 
 
 def facades_outwards(points, normals):
@@ -70,6 +81,17 @@ class _Heights:
         cells = np.clip(np.floor(places / self.width) - self.low, -1, self.shape).astype(np.int64)
         inside = np.all((cells >= 0) & (cells < self.shape), axis=1)
         return np.ravel_multi_index(np.where(inside[:, None], cells, 0).T, self.shape), inside
+
+    def lowest(self, points):
+        """(n,) the lowest height up to two cells away each way; infinity where there is none."""
+        out = np.full(len(points), np.inf)
+        if not self.width > 0.0:
+            return out
+        for x in (-2, -1, 0, 1, 2):
+            for y in (-2, -1, 0, 1, 2):
+                at, inside = self._cell(points[:, :2] + self.width * np.array([x, y]))
+                out = np.fmin(out, np.where(inside, self.heights[at], np.inf))
+        return out
 
     def around(self, points, ahead):
         """(n,) mean height up to two cells away in the directions (n, 2); where there is none, the point's own."""

@@ -1,5 +1,6 @@
 """What a file of points says, row by row: columns by their names, in chunks of rows."""
 
+import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -9,12 +10,36 @@ from surflux._base.files import file_error
 
 CHUNK = 1_000_000  # rows read at once
 
-# Three columns that belong together, by the names that programs give them, in lower case.
+
+def _numbered(*names):
+    """Three components as ParaView names them in CSV: Normals:0 where data are saved, Normals_0 of its spreadsheets."""
+    return tuple(tuple(f"{name}{mark}{k}" for k in range(3)) for name in names for mark in ":_")
+
+
+# Three columns that belong together, by the names that programs give them, in lower case; rf, gf and bf are fractions,
+# as CloudCompare writes them.
 TRIPLES = {
-    "points": (("x", "y", "z"), ("cartesianx", "cartesiany", "cartesianz"), ("//x", "y", "z")),
-    "normals": (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"), ("normalx", "normaly", "normalz")),
-    "colors": (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b")),
+    "points": (
+        ("x", "y", "z"),
+        ("cartesianx", "cartesiany", "cartesianz"),
+        ("//x", "y", "z"),
+        *_numbered("points"),
+    ),
+    "normals": (
+        ("nx", "ny", "nz"),
+        ("normal_x", "normal_y", "normal_z"),
+        ("normalx", "normaly", "normalz"),
+        *_numbered("normals"),
+    ),
+    "colors": (
+        ("red", "green", "blue"),
+        ("diffuse_red", "diffuse_green", "diffuse_blue"),
+        ("r", "g", "b"),
+        ("rf", "gf", "bf"),
+        *_numbered("rgb", "rgba", "colors"),
+    ),
 }
+_LIKE_COLORS = re.compile(r"colou?r|rgb|(?<![a-z])(red|green|blue|[rgb]f)(?![a-z]|_edge)")
 # What else is known of a point, by the name that it has here.
 OTHER_NAMES = {
     "i": "intensity",
@@ -59,12 +84,20 @@ def triples(names):
     return found
 
 
+def like_colors(names):
+    """Those of the names that look like colours."""
+    return [name for name in map(str, names) if _LIKE_COLORS.search(name.lower())]
+
+
 def attribute_name(name):
     """The name that an attribute has here: one for all formats where it is a usual one, else the file's own."""
     return OTHER_NAMES.get(str(name).lower(), str(name).lower() if str(name).lower() in _USUAL else str(name))
 
 
-_USUAL = {*OTHER_NAMES.values(), "label"}
+# Of LAS: what is all 0 says nothing.
+FLAGS = ("synthetic", "key_point", "withheld", "overlap", "scanner_channel", "scan_direction_flag")
+FLAGS += ("edge_of_flight_line", "user_data")
+_USUAL = {*OTHER_NAMES.values(), *FLAGS, "label"}
 
 
 def add_attribute(chunk, name, values):

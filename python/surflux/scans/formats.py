@@ -85,6 +85,8 @@ def _refusal(path, what, name):
         hint = (
             f"numpy.savez({named!r}, points=array[:, :3]) writes one with names, normals and colors too, that is read"
         )
+    elif name == "mtl":
+        hint = "It is the materials of an OBJ file, which is read with them"
     elif name == "toml":
         hint = "surflux.load_scene reads it as a scene"
     else:

@@ -5,13 +5,11 @@ import os
 import numpy as np
 
 from surflux._base.files import file_error
-from surflux.scans.columns import CHUNK, PointFile, sorted_out
+from surflux.scans.columns import CHUNK, FLAGS, PointFile, sorted_out
 from surflux.scans.las_writing import IN_PLACE_OF, frame_of
 from surflux.scans.outside import outside
 
 _ATTRIBUTES = ("intensity", "classification", "return_number", "number_of_returns", "point_source_id", "gps_time")
-FLAGS = ("synthetic", "key_point", "withheld", "overlap", "scanner_channel", "scan_direction_flag")
-FLAGS += ("edge_of_flight_line", "user_data")
 _ANGLE_STEP = 0.006  # degrees, of formats from 6 on
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from surflux._base.files import file_error
 from surflux._core import FileError
 from surflux.scans.columns import CHUNK, PointFile, add_attribute, triples
+from surflux.scans.viewpoints import NAME, places_of
 
 _NAMES = {
     "points": ("points", "xyz", "positions", "position", "pos", "coords", "coordinates", "vertices"),
@@ -63,7 +64,7 @@ def open_npz(path):
     """A PointFile.
 
     `points` (n, 3), or `xyz`, `positions`, or `x`, `y` and `z`, with `normals` and `colors` (rgb), (n, 3) or more;
-    all other numbers of n rows are attributes by their names.
+    all other numbers of n rows are attributes by their names, but for `viewpoints` (k, 3).
     """
     with _damage_said(path):
         archive = zipfile.ZipFile(path)
@@ -75,11 +76,11 @@ def open_npz(path):
                     member = _Member(archive, name)
                     if member.shape:
                         members[member.name] = member
-        count, chunks = _opened(path, members)
+            count, chunks, places = _opened(path, members)
     except BaseException:
         archive.close()
         raise
-    return PointFile(count, _closing(archive, chunks))
+    return PointFile(count, _closing(archive, chunks), lambda: places)
 
 
 def _closing(archive, chunks):
@@ -109,8 +110,18 @@ def _opened(path, members):
             raise file_error(path, f"{what}: wanted {count} rows, as many as there are points")
         if len(names) == 3 and any(len(members[name].shape) != 1 for name in names):
             raise file_error(path, f"{what}: wanted {', '.join(names)} of one dimension")
+    places = []
+    if _are_places(members, count):
+        places = places_of(members[NAME].rows(members[NAME].shape[0]))
+        used.add(NAME)
     others = [name for name in members if name not in used and members[name].shape[0] == count]
-    return count, _chunks(path, members, parts, others, count)
+    return count, _chunks(path, members, parts, others, count), places
+
+
+def _are_places(members, count):
+    """Whether there is an array of where scans were taken from; one row for each point is an attribute."""
+    shape = members[NAME].shape if NAME in members else ()
+    return len(shape) == 2 and shape[1] == 3 and (shape[0] != count or count == 1 or "scan" in members)
 
 
 def _chunks(path, members, parts, others, count):

@@ -9,7 +9,7 @@ import numpy as np
 from surflux._base.files import file_error
 from surflux.scans.columns import CHUNK, TRIPLES, PointFile, require_xyz, sorted_out
 from surflux.scans.lzf import decompressed
-from surflux.scans.tables import byte_rows, text_rows
+from surflux.scans.tables import as_text, byte_rows, text_rows
 
 _KEYS = ("VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
 _MOST_HEADER = 1 << 16
@@ -57,7 +57,7 @@ def _read_header(path):
         head = file.read(_MOST_HEADER)
     while "DATA" not in found:
         end = head.find(b"\n", at)
-        words = head[at : end if end >= 0 else len(head)].decode("latin-1").split()
+        words = as_text(head[at : end if end >= 0 else len(head)]).split()
         at, line = end + 1, line + 1
         if words and not words[0].startswith("#"):
             key = words[0].upper()

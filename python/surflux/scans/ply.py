@@ -7,7 +7,8 @@ import numpy as np
 from surflux import _core
 from surflux._base.files import file_error
 from surflux.scans.columns import PointFile, require_xyz, sorted_out
-from surflux.scans.tables import byte_rows, text_rows
+from surflux.scans.tables import as_text, byte_rows, text_rows
+from surflux.scans.viewpoints import viewpoints_of
 
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 TYPES |= {"float": "f4", "double": "f8"}
@@ -26,6 +27,7 @@ class _Vertices(NamedTuple):
     begin: int  # of the vertices, in bytes
     lines: int  # before them
     ascii: bool
+    viewpoints: list
 
 
 def open_ply(path):
@@ -37,7 +39,7 @@ def open_ply(path):
         raise file_error(path, "no points: it has no element 'vertex', or an empty one")
     require_xyz(path, layout.row.names)
     chunks = (_ascii if layout.ascii else _binary)(path, layout)
-    return PointFile(layout.count, map(sorted_out, chunks), faces=layout.faces)
+    return PointFile(layout.count, map(sorted_out, chunks), lambda: layout.viewpoints, faces=layout.faces)
 
 
 def _binary(path, layout):
@@ -67,11 +69,12 @@ def _read_whole(path):
         raise file_error(path, "no points: it has no element 'vertex', or an empty one")
     require_xyz(path, columns)
     columns = {name: values.astype(TYPES[types[name]]) for name, values in columns.items()}
-    return PointFile(count, iter([sorted_out(columns)]), faces=ply["elements"].get("face", 0))
+    places = viewpoints_of(ply["comments"])
+    return PointFile(count, iter([sorted_out(columns)]), lambda: places, faces=ply["elements"].get("face", 0))
 
 
-def _vertices(path):
-    """The vertices of a file that begins with them, and has no lists in them; None of any other, or a damaged one."""
+def header_of(path):
+    """(lines of the header before its last, what ends them, the byte behind it); None of a file without one."""
     with open(path, "rb") as file:
         head = file.read(_MOST_HEADER)
     first = head.find(b"\n")
@@ -81,8 +84,16 @@ def _vertices(path):
     stop = head.find(newline, end + 1) if end >= 0 else -1
     if stop < 0 or head[:3] != b"ply":
         return None
+    return head[:end].split(newline), newline, stop + 1
+
+
+def _vertices(path):
+    """The vertices of a file that begins with them, and has no lists in them; None of any other, or a damaged one."""
+    header = header_of(path)
+    if header is None:
+        return None
+    lines, _, begin = header
     order, elements, row = None, [], []
-    lines = head[:end].split(newline)
     for words in (line.split() for line in lines[1:]):
         if not words or words[0] in (b"comment", b"obj_info"):
             continue
@@ -97,11 +108,13 @@ def _vertices(path):
             kind = TYPES.get(kind) or _OTHER_NAMES.get(kind)
             if kind is None:
                 return None
-            row.append((words[2].decode("latin-1"), (order or "<") + kind))
+            row.append((as_text(words[2]), (order or "<") + kind))
         else:
             return None
     names = [name for name, _ in row]
     if order is None or not elements or elements[0][0] != b"vertex" or not row or len(set(names)) < len(names):
         return None
     faces = dict(elements).get(b"face", 0)
-    return _Vertices(np.dtype(row), elements[0][1], faces, stop + 1, len(lines) + 1, order == "")
+    texts = [as_text(line).strip() for line in lines]
+    places = viewpoints_of(line.partition(" ")[2] for line in texts if line.startswith("comment "))
+    return _Vertices(np.dtype(row), elements[0][1], faces, begin, len(lines) + 1, order == "", places)

@@ -88,8 +88,8 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
         warn(f"{shown}: {what} of {count} left out, without a finite place")
     columns = sample.columns() if thin else joined(kept)
     if thin and len(columns["points"]) < count - dropped:
-        for name in _REACHES:
-            columns.pop(name, None)
+        for name in [name for name in columns if name.lower() in _REACHES]:
+            columns.pop(name)
         if len(columns["points"]) < _NEARLY * min(points, count - dropped):
             shown, taken = file_error(path, "").args[0].removesuffix(": "), len(columns["points"])
             LOG.info(

@@ -34,13 +34,21 @@ def byte_rows(path, row, count, begin):
             yield rows
 
 
+def as_text(raw):
+    """Bytes of a header or a line as text: UTF-8, as we write it, else Latin-1, which takes any."""
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
 def text_lines(path, begin=0, line=0):
     """(number from 1, text) of the lines from a byte on that are neither blank nor comments (# and //)."""
     with open(path, "rb") as file:
         file.seek(begin)
         for raw in file:
             line += 1
-            text = raw.removeprefix(codecs.BOM_UTF8).decode("latin-1").strip()
+            text = as_text(raw.removeprefix(codecs.BOM_UTF8)).strip()
             if text and not text.startswith(("#", "//")):
                 yield line, text
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from surflux._base.files import file_error
 from surflux._base.warn import warn
-from surflux.scans.columns import PointFile, require_xyz, sorted_out
-from surflux.scans.tables import delimiter_of, is_number, split, text_lines, text_rows
+from surflux.scans.columns import PointFile, require_xyz, sorted_out, triples
+from surflux.scans.tables import as_text, delimiter_of, is_number, split, text_lines, text_rows
 
 _LOOKED_AT = 1000  # lines, to see what columns without names are
 _XYZ, _RGB, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
@@ -19,11 +19,12 @@ _SURVEYED |= dict.fromkeys(("elevation", "height", "altitude"), "z")
 def open_text(path, form):
     """A PointFile of lines of numbers between blanks, commas or semicolons; blank lines and comments are left out.
 
-    The first line, or a comment at the beginning, may name the columns, x, y and z, or easting, northing and height
-    (elevation, altitude). Between semicolons numbers may have decimal commas. Where nothing names columns, 3 columns
-    are x y z, a fourth is intensity, 6 are x y z and a colour or a normal, 7 have intensity before the colour, or
-    behind it, and 9 have colour and normal: normals are told by their length of 1, colours by whole numbers up to 255
-    (65535), or fractions. Further columns are `column_4` and so on. PTS has the number of points in front of them.
+    The first line, or a comment at the beginning, may name the columns: x, y and z, or easting, northing and height
+    (elevation, altitude), or Points:0, Points:1 and Points:2, and others as `read` has them. Between semicolons numbers
+    may have decimal commas. Where nothing names columns, 3 columns are x y z, a fourth is intensity, 6 are x y z and a
+    colour or a normal, 7 have intensity before the colour, or behind it, and 9 have colour and normal: normals are told
+    by their length of 1, colours by whole numbers up to 255 (65535), or fractions. Further columns are `column_4` and
+    so on. PTS has the number of points in front of them.
 
     Args:
         form: "xyz", "pts" or "csv", or one that says more: "xyzn" has normals, "xyzrgb" colours.
@@ -93,12 +94,12 @@ def _named_columns(path):
             raw = file.readline(1 << 16)
             if not raw:
                 break
-            text = raw.removeprefix(codecs.BOM_UTF8).decode("latin-1").strip()
+            text = as_text(raw.removeprefix(codecs.BOM_UTF8)).strip()
             comment = text.startswith(("#", "//"))
             bare = text.lstrip("#/ \t")
             words = split(bare, delimiter_of(bare))
             names = _surveyed(words)
-            if {"x", "y", "z"} <= {name.lower() for name in names} and len(set(names)) == len(names):
+            if "points" in triples(names) and len(set(names)) == len(names):
                 return tuple(names), number
             if text and not comment:
                 break

@@ -12,6 +12,7 @@ from surflux._base.warn import warn
 from surflux.scans.gltf import Primitive, placed, write_primitives
 from surflux.scans.las_writing import write_las
 from surflux.scans.names import OWN, Names, scalars
+from surflux.scans.viewpoints import NAME, comments_of, warn_of_lost
 
 _BLOCK = 100_000  # rows formatted or interleaved at once
 _COARSE = 0.1  # of the spacing of points: rounding of more than that is said
@@ -19,7 +20,7 @@ _PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": 
 _PLY_TYPES |= {"f4": "float", "f8": "double"}
 
 
-def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0), pixels=None):
+def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0), pixels=None, viewpoints=()):
     """Writes columns of points, in the format of the name; a file that is there is replaced whole or not at all.
 
     Args:
@@ -30,6 +31,8 @@ def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0), pix
         comments: lines of text, of PLY files.
         up: (3,), a unit vector, which becomes y in glTF.
         pixels: (k, 3) of what is seen behind, in PLY files an element `environment`; None for none.
+        viewpoints: (k, 3) where the points were seen from, NaN where that is not known; a warning says where the format
+            loses them, and the points have no normals that tell.
 
     Raises:
         ValueError: a name that says no format of these; what the format has no room for.
@@ -40,10 +43,14 @@ def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0), pix
         raise ValueError("comments: wanted a list of lines of text")
     if any("\n" in line or "\r" in line for line in comments):
         raise ValueError("comments: wanted lines of text, got one with a line break")
+    if "normals" not in columns and writer not in (_write_ply, _write_npz):
+        warn_of_lost(path, viewpoints)
     if writer is write_las:
         writer(path, columns, frame)
     elif writer is _write_ply:
-        writer(path, columns, comments, pixels)
+        writer(path, columns, [*comments, *comments_of(viewpoints)], pixels)
+    elif writer is _write_npz:
+        writer(path, columns | ({NAME: viewpoints} if len(viewpoints) and NAME not in columns else {}))
     elif writer is _write_gltf:
         writer(path, columns, up)
     else:
@@ -69,7 +76,7 @@ def _write_ply(path, columns, comments, pixels):
     if pixels is not None:
         lines += [f"element environment {len(pixels)}", *(f"property float {channel}" for channel in "rgb")]
     with whole_file(path) as file:
-        file.write(("\n".join([*lines, "end_header"]) + "\n").encode("ascii", "backslashreplace"))
+        file.write(("\n".join([*lines, "end_header"]) + "\n").encode("utf-8", "backslashreplace"))
         for begin in range(0, count, _BLOCK):
             rows = np.empty(min(_BLOCK, count - begin), row)
             for name, values in parts.items():
@@ -104,7 +111,7 @@ def _write_csv(path, columns):
     """Lines of numbers between commas, behind one with the names; of floats as many digits as bring them back."""
     parts = scalars(path, columns, _tidy)
     with whole_file(path) as file:
-        file.write((",".join(parts) + "\n").encode())
+        file.write((",".join(parts) + "\n").encode("utf-8", "backslashreplace"))
         for begin in range(0, len(columns["points"]), _BLOCK):
             texts = [_texts(values[begin : begin + _BLOCK]) for values in parts.values()]
             file.write(("\n".join(map(",".join, zip(*texts, strict=True))) + "\n").encode())

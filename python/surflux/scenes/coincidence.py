@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux._base.check import counted
 from surflux._base.warn import warn
+from surflux.scenes.shut_off import shut_off
 
 # Of the smaller object's points, and points: where fewer lie closely over another object, the two touch.
 _LAYERED, _LEAST = 0.2, 10
@@ -19,7 +20,14 @@ def warn_of_layers(scene):
     And of areas that do not fit the disks that have them, and of points of two sides that shut each other off.
     """
     dark = (*_covered_emitters(scene), *_gaps(scene, glowing=True))
-    for text in (*_layers(scene), *dark, *_coarse(scene), *_unlike_areas(scene), *_shut_off(scene), *_divided(scene)):
+    for text in (
+        *_layers(scene),
+        *dark,
+        *_coarse(scene),
+        *_unlike_areas(scene),
+        *_shut_off(shut_off(scene)),
+        *_divided(scene),
+    ):
         warn(text)
 
 
@@ -38,16 +46,16 @@ def coincidence_of(scene):
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
     lines += [*_layers(scene, _LEAST_CHECKED), *_covered_emitters(scene), *_gaps(scene)]
-    lines += [*_coarse(scene), *_unlike_areas(scene), *_shut_off(scene), *_divided(scene)]
+    shut = shut_off(scene)
+    lines += [*_coarse(scene), *_unlike_areas(scene), *_shut_off(shut), *_divided(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
     gaps = [dict(zip(("one", "other", "area", "width"), g, strict=True)) for g in found.gaps]
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
     unlike = [dict(zip(("object", "ratio"), u, strict=True)) for u in found.unlike_areas]
-    shut = [dict(zip(("object", "points"), s, strict=True)) for s in found.shut_off]
     lists = {"overlaps": overlaps, "close_sheets": sheets, "gaps": gaps, "coarse": coarse, "unlike_areas": unlike}
-    lists["shut_off"] = shut
+    lists["shut_off"] = [dict(zip(("object", "points", "by"), s, strict=True)) for s in shut]
     return {"covered": len(covered), **lists}, lines
 
 
@@ -134,11 +142,13 @@ def _unlike_areas(scene):
         )
 
 
-def _shut_off(scene):
-    for which, disks in scene._coincidence().shut_off:
+def _shut_off(found):
+    for which, points, by in found:
+        beneath = "others that face them" if by == which else f"object {by}, which faces them"
+        end = "Give one side" if by == which else "Where the two are the sides of one sheet, give one"
         yield (
-            f"object {which}: {counted(disks, 'point')} of it lie beneath others that face them, as where both sides "
-            "of a sheet are sampled apart from each other: they get no light. Give one side, with two_sided=True"
+            f"object {which}: {counted(points, 'point')} of it lie beneath {beneath}, as where both sides "
+            f"of a sheet are sampled apart from each other: they get no light. {end}, with two_sided=True"
         )
 
 

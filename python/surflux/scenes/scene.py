@@ -24,7 +24,9 @@ class Scene:
 
     Args:
         objects: list of Surfels, at least one, none of them empty; each entry is one object, whose surfels interpolate
-            among themselves alone (a reconstruction group, L07 section 6.1).
+            among themselves alone (a reconstruction group, L07 section 6.1). Points of several objects on one surface,
+            as overlapping scans have them or slices of one cloud, share its area; so do areas that were given, unless
+            they are such shares already.
         lights: list of PointLight, SpotLight, AreaLight, DirectionalLight, Environment and Sky; may be empty where
             surfels have emission.
         camera: Camera from which the scene wants to be seen, or None.

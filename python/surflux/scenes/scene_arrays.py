@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux.geometry.faces import Faces
+from surflux.geometry.faces import ARRAYS, Faces
 from surflux.pictures.camera import Camera
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, PointLight, SpotLight
@@ -29,7 +29,7 @@ def scene_arrays(scene):
     arrays["given_areas"] = np.concatenate(areas)
     for k, surfels in enumerate(scene.objects):
         if surfels._faces is not None:
-            arrays |= {f"faces_{k}_{name}": np.atleast_1d(of) for name, of in surfels._faces._asdict().items()}
+            arrays |= {f"faces_{k}_{name}": np.atleast_1d(of) for name, of in zip(ARRAYS, surfels._faces, strict=False)}
     lights = []
     for k, light in enumerate(scene.lights):
         values = {"type": type(light).__name__}
@@ -73,7 +73,7 @@ def scene_of_arrays(about, arrays):
 
 def _faces(arrays, k, size):
     if f"faces_{k}_of" in arrays:
-        of, count, pair, pairs, halves = (np.array(arrays[f"faces_{k}_{name}"]) for name in Faces._fields)
+        of, count, pair, pairs, halves = (np.array(arrays[f"faces_{k}_{name}"]) for name in ARRAYS)
         _require_indices(count, (1,), 0)
         count = int(count[0])
     elif f"merged_{k}" in arrays:  # of files without pairs: (f,) the face that each was merged into

@@ -14,6 +14,7 @@ from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import GLTF, read_mesh
 from surflux.geometry.orientation import inward_patches
 from surflux.geometry.sheets import sheet_faces
+from surflux.geometry.transparency import tell_backs
 from surflux.geometry.winding import warn_of_winding, wound_alike
 from surflux.points.arranging import only_so_many
 from surflux.points.reading import read, read_with_faces
@@ -194,6 +195,7 @@ def _mesh(table, shape, file, kind):
     if kind == "surfels" and "points" not in table:
         return None, None
     mesh = table.call(read_mesh, file)
+    tell_backs(file, mesh, table.get("two_sided", False))
     if table.get("orient", False) is True:
         return wound_alike(mesh)[0], None
     if table.get("two_sided", False) is not True:

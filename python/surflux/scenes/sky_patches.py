@@ -14,7 +14,6 @@ from surflux.scenes.lights import Environment
 _SUBDIVISIONS = {144 * m * m + 1: m for m in range(1, 9)}
 _TREGENZA = (30, 30, 24, 24, 18, 12, 6)  # patches in each row, from the horizon up
 BRIGHT = 4.0  # times the mean of its patch, and of all directions: a pixel that is no part of a smooth sky
-GROUND_ROWS = 128  # of an image, at which it is asked how even the ground is
 
 
 class SkyPatches:
@@ -170,18 +169,16 @@ class SkyPatches:
         is_narrow = (patch > 0) & (bright > BRIGHT * of_patch)
         return float((weights * (bright - of_patch))[is_narrow].sum() / max(all_light, np.finfo(float).tiny))
 
-    def _uneven_ground(self, environment, radiances):
-        """The share of an Environment's light that one radiance of all the ground, by `radiance`, has elsewhere."""
-        if environment.image is None:
+    def _misplaced_ground(self, environment, radiances, ways):
+        """The share of an Environment's light along ways (m, 3) that one radiance of all the ground has wrong.
+
+        Of their sum or, where what is too much here is too little there, of half of all differences.
+        """
+        if len(ways) == 0:
             return 0.0
-        pixels, weights = _pixels(environment)
-        every = max(1, len(pixels) // GROUND_ROWS)
-        rows, columns = (np.arange(every // 2, count, every) for count in pixels.shape)
-        pixels, weights = (of[rows][:, columns] for of in (pixels, weights))
-        at = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing="ij"))
-        ground = (self.index(_directions(environment, *at)) == 0).reshape(pixels.shape)
-        moved = 0.5 * (weights * np.abs(pixels - radiances[0].sum()))[ground].sum()
-        return float(moved / max((weights * pixels).sum(), np.finfo(float).tiny))
+        light = _pixels(environment)[0][_pixel_of(environment, ways)]
+        off = np.where(self.index(ways) == 0, radiances[0].sum() - light, 0.0)
+        return float(max(abs(off.sum()), 0.5 * np.abs(off).sum()) / max(light.sum(), np.finfo(float).tiny))
 
 
 def _pixels(environment):
@@ -190,6 +187,15 @@ def _pixels(environment):
     height, width = pixels.shape
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     return pixels, np.repeat((edges[:-1] - edges[1:])[:, None], width, axis=1)
+
+
+def _pixel_of(environment, ways):
+    """Rows and columns (m,) each of the pixels of an Environment in unit directions (m, 3): _directions backwards."""
+    height, width = environment.image.shape[:2]
+    x, y, z = (ways @ np.asarray(environment._to_core().axes).T).T
+    row = np.arccos(np.clip(z, -1.0, 1.0)) / np.pi * height
+    column = (np.pi - np.arctan2(y, x)) / (2.0 * np.pi) * width
+    return np.minimum(row.astype(int), height - 1), np.minimum(column.astype(int), width - 1)
 
 
 def _directions(environment, rows, columns):

@@ -5,7 +5,7 @@ import numpy as np
 from surflux.solutions.subpixels import in_bands
 
 
-def basis_layers(field, surfels, lamps, view, names, splat, progress):
+def basis_layers(field, surfels, lamps, view, names, splat, progress, colors):
     """The layers of Solution.render, with the basis evaluated at every subpixel, band by band.
 
     Args:
@@ -16,22 +16,23 @@ def basis_layers(field, surfels, lamps, view, names, splat, progress):
         names: of the layers that are wanted.
         splat: as rendering.picture has it.
         progress: a callback (done, total), or None.
+        colors: SeenColors.
     """
-    return in_bands(view, lambda band: _layers(field, surfels, lamps, view, names, splat, band), progress)
+    return in_bands(view, lambda band: _layers(field, lamps, view, names, splat, band, colors, surfels), progress)
 
 
-def _layers(field, surfels, lamps, view, names, splat, band):
-    exitance = surfels.emission
+def _layers(field, lamps, view, names, splat, band, colors, surfels):
+    exitance, rho = colors.emission, colors.reflectance
     if view.direct == "interpolated":
-        exitance = exitance + surfels.reflectance * field.lit
-    layers = [(exitance / np.pi, True), (surfels.reflectance, False)]
+        exitance = exitance + rho * field.lit
+    layers = [(exitance / np.pi, True), (rho, False)]
     if field.emitted is not None:
-        layers.append((surfels.reflectance * field.emitted / np.pi, False))
+        layers.append((rho * field.emitted / np.pi, False))
     seen = field.basis.image(lamps, view.camera, *band.fine, **band.part, culling=view.culling)
     if seen["hidden"].any():
         _fill_hidden(field, seen)
     drawn = splat(layers, band.fine, 1, None, **band.part)
-    found, albedo, *rest = drawn["layers"]
+    found, albedo, *rest = band.colored(drawn["layers"], colors, seen, seen["position"])
     if view.direct == "traced":
         found += albedo / np.pi * band.traced(field.scene, surfels._core, seen, seen["position"])
     else:  # what the basis holds of it: all, or the light of the sky

@@ -6,6 +6,7 @@ from surflux import _core
 from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField
 from surflux.solutions.rendering import FOOTPRINT, View, drawn_surfels, layer_names, picture
+from surflux.solutions.seen_colors import SeenColors
 
 _FLAT_LAYERS = {"radiance", "direct", "indirect", "albedo", "alpha"}
 _MOST_PIXELS = 1 << 21  # of a picture as a matrix: some 200 bytes each
@@ -35,7 +36,9 @@ class Painter:
     def _flat(self, solution, groups, view, names):
         """What blends layers, (values, are lamps seen?) each, as splats do; None where it would not pay."""
         width, height = view.size
-        anew = isinstance(solution._field, BasisField) or view.direct == "traced"
+        anew = (
+            isinstance(solution._field, BasisField) or view.direct == "traced" or SeenColors.of(solution).textured.any()
+        )
         if anew or set(names) - _FLAT_LAYERS or width * height > _MOST_PIXELS:
             return None
         key = _Key(solution, groups, view)

@@ -20,6 +20,7 @@ from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField, checked_direct
 from surflux.solutions.leaves import inserted_among
+from surflux.solutions.seen_colors import SeenColors
 from surflux.solutions.subpixels import in_bands
 from surflux.solutions.towards import glossy, towards_eye
 
@@ -101,6 +102,7 @@ def picture(solution, view, names, progress, groups=None, flat=None):
     surfels = solution.surfels
     drawn = drawn_surfels(solution)
     groups = blended_groups(solution) if groups is None else groups
+    colors = SeenColors.of(solution)
     lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in solution._lamps]
 
     def splat(layers, size=view.size, samples=view.samples, progress=progress, **rows):
@@ -113,9 +115,9 @@ def picture(solution, view, names, progress, groups=None, flat=None):
         )
 
     if isinstance(solution._field, BasisField):
-        found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress)
-    elif view.direct == "traced":
-        found = _traced(solution, view, splat, progress)
+        found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress, colors)
+    elif view.direct == "traced" or colors.textured.any():
+        found = _by_subpixels(solution, view, splat, progress, colors)
     else:
         found = _splatted(solution, view, names, splat)
     if "level" in names and "level" not in found:
@@ -161,19 +163,28 @@ def _splatted(solution, view, names, splat):
     return found | {"alpha": found["coverage"]} | dict(zip(blended, found["layers"], strict=True))
 
 
-def _traced(solution, view, splat, progress):
-    """All layers but "level", with direct light by rays from what every subpixel sees."""
-    surfels, rho = solution.surfels, solution.surfels.reflectance
-    gloss = glossy(solution, towards_eye(surfels.points, view.through))
-    indirect = rho * (solution.irradiance - solution.direct) / np.pi + gloss
-    blended = [(surfels.emission / np.pi, True), (rho, False), (indirect, False)]  # values, and are lamps seen?
+def _by_subpixels(solution, view, splat, progress, colors):
+    """All layers but "level", with colours of textures, and direct light by rays if asked, from what subpixels see."""
+    surfels, rho = solution.surfels, colors.reflectance
+    gloss = np.broadcast_to(glossy(solution, towards_eye(surfels.points, view.through)), rho.shape)
+    exitance = colors.emission
+    if view.direct == "interpolated":
+        exitance = exitance + rho * solution.direct
+    blended = [  # values, and are lamps seen?
+        (exitance / np.pi, True),
+        (rho, False),
+        (rho * (solution.irradiance - solution.direct) / np.pi, False),
+        *([(gloss, False)] if gloss.any() else []),
+    ]
 
     def layers(band):
         drawn = splat(blended, band.fine, 1, None, **band.part)
-        direct, albedo, indirect = drawn["layers"]
+        direct, albedo, indirect, *lobes = drawn["layers"]
         places = band.places(surfels._core, drawn)
-        direct += albedo / np.pi * band.traced(solution._scene._to_core(), surfels._core, drawn, places)
-        return band.layers(drawn, direct, indirect, albedo)
+        direct, albedo, indirect = band.colored([direct, albedo, indirect], colors, drawn, places)
+        if view.direct == "traced":
+            direct += albedo / np.pi * band.traced(solution._scene._to_core(), surfels._core, drawn, places)
+        return band.layers(drawn, direct, sum(lobes, indirect), albedo)
 
     return in_bands(view, layers, progress)
 

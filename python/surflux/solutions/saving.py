@@ -8,10 +8,12 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from surflux._base import check
+from surflux._base.passes import LOG
 from surflux._base.types import FilePath
 from surflux.points.writing import pack_comments, save_surfels
 from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.lit_gltf import save_gltf
+from surflux.solutions.seen_colors import SeenColors
 from surflux.solutions.towards import without_lobes
 
 SUFFIXES = (".ply", ".glb", ".gltf")
@@ -45,6 +47,8 @@ def save(self: Any, path: FilePath, *, up: ArrayLike = (0.0, 0.0, 1.0)) -> Path:
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(f"path: wanted a name ending in {', '.join(SUFFIXES)}, got {str(path)!r}")
     without_lobes(self, path)
+    if SeenColors.of(self).textured.any():
+        LOG.info("%s: textures are left out; from there, pictures show the mean of each patch", path)
     if path.suffix.lower() != ".ply":
         save_gltf(path, self, up)
         return path

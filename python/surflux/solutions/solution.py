@@ -257,7 +257,10 @@ class Solution:
         disks, bent along the surface, and the triangles of meshes. A second blends the surfels around that point with
         elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
         Ren, Pfister and Zwicker 2002), within one object, of a mesh one material, not across creases, and of what
-        stands on the surface not beneath it: the floor on the other side of a wall lends nothing.
+        stands on the surface not beneath it: the floor on the other side of a wall lends nothing, nor does the wall
+        behind a picture that hangs before it.
+        Of a mesh with textures light is blended, over all of it, and times what the subpixel sees of them, filtered
+        (mip maps, Williams 1983; at a slant at several places, McCormack and others 1999); a file does without them.
         A meshless solution that is not from a file is drawn from its basis, which every subpixel evaluates at what it
         sees (L07 section 6.2); what is not in the basis (see `indirect_only`) is blended from the surfels.
 

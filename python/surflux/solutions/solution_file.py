@@ -15,6 +15,7 @@ from surflux.pictures.camera import Camera
 from surflux.points.ply_arrays import load_arrays
 from surflux.points.surfels import Surfels
 from surflux.points.writing import unpack_comments
+from surflux.scans.formats import format_of
 from surflux.scenes.lights import AreaLight
 from surflux.solutions.about import environments_of
 from surflux.solutions.solution import Solution
@@ -43,6 +44,8 @@ def load_solution(path: FilePath) -> Solution:
     path = check.path("path", path)
     if os.path.isfile(path) and os.fsdecode(path).lower().endswith(".toml"):
         raise file_error(path, f"holds a scene but no solution; `surflux solve {os.fsdecode(path)}` makes one")
+    if os.path.isfile(path) and (form := format_of(path)) != "ply":
+        raise file_error(path, f"is no solution, but {form}; `surflux solve {os.fsdecode(path)}` makes one")
     arrays = load_arrays(path)
     about = unpack_comments(arrays["comments"], path)
     if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):

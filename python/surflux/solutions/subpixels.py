@@ -38,6 +38,10 @@ class Band:
         depth, index = drawn["depth"], drawn["index"]
         return _core.seen_places(surfels, self._view.camera, *self.fine, self.part["top"], depth, index)
 
+    def colored(self, layers, colors, seen, places):
+        """SeenColors.put_on of the band."""
+        return colors.put_on(layers, seen, places, self._view.through, self.fine[1])
+
     def traced(self, scene, surfels, drawn, places):
         """(h, w, 3) irradiance that lights bring directly to what subpixels see, by rays; scene, surfels: compiled.
 

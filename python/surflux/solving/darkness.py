@@ -12,6 +12,9 @@ from surflux.scenes.lights import DirectionalLight, Environment, PointLight, Spo
 HARDLY_LIT = 0.02
 # Of the direct light that fronts and backs get, what fronts get: below this share it is said.
 ON_FRONTS = 0.01
+# The same of one lamp where surfels face down on the whole: of a floor that does, beneath the lit tops of a table and a
+# box, 2.5 %.
+ON_FRONTS_FACING_DOWN = 0.05
 # Length of the mean normal, above which surfels face about one way.
 ONE_WAY = 0.5
 # Surfels whose backs are looked at, drawn by area; 100 of them tell a hundredth.
@@ -20,8 +23,12 @@ ASKED = 2000
 ON_BACKS = 0.5
 RAYS = 256  # to the sky, of places that may be dark
 LAMP_RAYS = 256
+NOISE_RAYS = 32  # of each front
 # Of the power that enters a scene, what backs absorb: above this share it is said.
 MUCH_INTO_BACKS = 0.01
+# Of the rays that disks send, those that end on backs of others within so many radii: above this share it is said. Of a
+# plane with noise of .1, .2 and .5 spacings .3, 1.1 and 7 %, of statues .2, of roofs without walls over their ground 0.
+MUCH_ONTO_BACKS, CLOSE = 0.01, 2.0
 # And what is neither absorbed nor gone.
 MUCH_LOST = 0.01
 TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
@@ -58,6 +65,7 @@ def warn_of_backs(lights, surfels, direct, areas):
         return False
     asked = _drawn_by_area(surfels.areas)
     if fronts > ON_FRONTS * (fronts + _light_unoccluded(surfels, asked, shining, -1.0)):
+        _warn_of_lamps_on_backs(lights, surfels)
         return False
     backs = _light_on_backs(surfels, asked, shining)
     if fronts < ON_FRONTS * (fronts + backs):
@@ -76,12 +84,14 @@ def warn_of_backs(lights, surfels, direct, areas):
 def _warn_of_lamps_on_backs(lights, surfels):
     """Warns, lamp by lamp, where all that it lights are backs, which light of a sky from below may hide.
 
-    Of surfels that face the ground fronts count as they are lit; of others as they would be with nothing in between.
+    Of surfels that face the ground fronts count as they are lit; of others as they would be with nothing in between,
+    where rooms and bodies have as much on fronts as on backs, wherever the lamp stands.
     What faces one way and not down, as a facade or one side of a roof, a sun may well stand behind.
     """
     asked = _drawn_by_area(surfels.areas)
     facing = surfels.normals[asked].mean(axis=0)
     down = facing[2] < -ONE_WAY
+    least = ON_FRONTS_FACING_DOWN if down else ON_FRONTS
     if np.linalg.norm(facing) > ONE_WAY and not down:
         return
     for light in lights:
@@ -89,8 +99,9 @@ def _warn_of_lamps_on_backs(lights, surfels):
             continue
         fronts = _light_of(surfels, asked, [light]) if down else _light_unoccluded(surfels, asked, [light], 1.0)
         backs = _light_unoccluded(surfels, asked, [light], -1.0)  # soon found; so are most lamps done with
-        if fronts < ON_FRONTS * backs and fronts < ON_FRONTS * _light_on_backs(surfels, asked, [light]):
-            warn(f"{light!r} shines on backs of surfels alone: normals face away from it ({TURN})")
+        if fronts < least * backs and fronts < least * (backs := _light_on_backs(surfels, asked, [light])):
+            alone = "alone" if fronts < ON_FRONTS * backs else "nearly alone"
+            warn(f"{light!r} shines on backs of surfels {alone}: normals face away from it ({TURN})")
 
 
 def warn_of_power_into_backs(figures):
@@ -101,6 +112,30 @@ def warn_of_power_into_backs(figures):
             f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
             "clouds that lie back to back (surflux check tells which faces point inwards); or points are so noisy that "
             "disks stand out of the surface, which fewer points help against (--points, thinned)"
+        )
+
+
+def warn_of_noise(core):
+    """Warns where disks that stand out of their surface are in each other's way. core: the compiled scene."""
+    surfels = core.surfels
+    is_disk = np.ones(len(surfels), bool)
+    is_disk[surfels.triangle_surfel] = False
+    disks = np.flatnonzero(is_disk)
+    if len(disks) == 0:
+        return
+    asked = disks[np.unique(np.linspace(0, len(disks) - 1, ASKED).astype(np.int64))]
+    ways = _even_ways(2 * NOISE_RAYS)
+    cosines = surfels.normals[asked] @ ways.T
+    of, way = np.nonzero(cosines > 0.0)
+    rows, weights = asked[of], cosines[of, way]
+    met, front, away = _core.closest_hits(core, rows.astype(np.uint32), surfels.positions[rows], ways[way])
+    stopped = (met >= 0) & (front == 0) & is_disk[met] & (away < CLOSE * surfels.radii[rows])
+    share = weights[stopped].sum() / weights.sum()
+    if share > MUCH_ONTO_BACKS:
+        warn(
+            f"{share:.0%} of what disks see are backs of others close by: points are so noisy, or scans of one surface "
+            "so far apart, that disks stand out of the surface and shade it, which fewer points help against "
+            "(--points, thinned)"
         )
 
 
@@ -142,9 +177,7 @@ def warn_of_lamps_in_bodies(lights, core):
 
 def _rays_of(lamp):
     """(3,) where a lamp stands, and (m, 3) directions in which it shines."""
-    k = np.arange(LAMP_RAYS) + 0.5
-    z, turn = 1.0 - 2.0 * k / LAMP_RAYS, np.pi * (1.0 + np.sqrt(5.0)) * k
-    ways = np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z], axis=1)
+    ways = _even_ways(LAMP_RAYS)
     if isinstance(lamp, PointLight):
         return lamp.position, ways
     if isinstance(lamp, SpotLight):
@@ -152,6 +185,13 @@ def _rays_of(lamp):
         return lamp.position, np.concatenate([inside, [lamp.direction]])
     middle = np.add(lamp.corner, np.add(lamp.edge_u, lamp.edge_v) / 2.0)
     return middle, ways[ways @ np.cross(lamp.edge_u, lamp.edge_v) > 0.0]
+
+
+def _even_ways(count):
+    """(count, 3) directions all around, of equal solid angles: a Fibonacci lattice."""
+    k = np.arange(count) + 0.5
+    z, turn = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
+    return np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z], axis=1)
 
 
 def _shines(light):

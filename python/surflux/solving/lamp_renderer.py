@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from time import perf_counter
 from typing import Any, Literal, TypedDict, Unpack, overload
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
@@ -14,9 +15,11 @@ from surflux._base.passes import progress_callback, thread_limit
 from surflux._base.types import Image, Progress, Size
 from surflux.pictures.camera import Camera
 from surflux.pictures.framing import own_or_framing
+from surflux.points.surfels import Surfels
 from surflux.scenes.lights import Environment, Light
 from surflux.solutions.background import add_background, environments_behind
 from surflux.solutions.rendering import LAYERS, layer_names, picture_size
+from surflux.solutions.seen_colors import SeenColors
 from surflux.solving.local_transfer import LocalTransfer
 
 FRAME_LAYERS = tuple(name for name in LAYERS if name != "level")
@@ -169,7 +172,8 @@ class LampRenderer:
                 shine.
             layers: True for a dict of all that is known about each pixel, or a list of some of the names: "radiance",
                 "direct" and "indirect" (h, w, 3), "albedo", "alpha", "normal", "depth" and "index", as Solution.render
-                has them. The albedo of a patch is its own, and does not blend.
+                has them. The albedo of a patch is its own, or its texture's, and does not blend. Where `reflectance` is
+                given, that takes the place of textures, too.
             background: radiance where nothing is, scalar or RGB, or an Environment. True, which is those of the lights,
                 is black here, for there is none among these.
             reflectance, bounces, shadow_rays, seed: see LocalTransfer.relight, which warns of lamps in bodies and of
@@ -199,6 +203,18 @@ class LampRenderer:
             found = add_background(found, behind, self._camera, self.samples)
         return found["radiance"] if layers is False else {name: found[name] for name in names}
 
+    def _paint(self, view):
+        """Puts in what subpixels see of textures."""
+        core = self.transfer._scene_core()
+        surfels = Surfels._from_core(core.surfels)
+        colors = SeenColors(self.transfer.scene, surfels, core.object, np.arange(len(surfels)))
+        if colors.textured.any():
+            seen = view.seen()
+            index = seen["index"]
+            painted = (index >= 0) & colors.textured[index]
+            rows = self.samples * self.size[1]
+            view.paint(painted, *colors.at(seen, seen["position"], self._camera, rows))
+
     def _look(self):
         """What is kept for the camera, found anew where that has moved."""
         if self._view is None:
@@ -212,4 +228,5 @@ class LampRenderer:
                 self.culling,
                 self.shadow_cell,
             )
+            self._paint(self._view)
         return self._view

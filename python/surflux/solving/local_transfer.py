@@ -87,7 +87,8 @@ class LocalTransfer(Transfer):
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
-            shadow_rays: towards each light, of all groups of senders together.
+            shadow_rays: towards each light, of all groups of senders together; of one that is wider than it is far away
+                up to four times as many.
             probes, penumbra_rays: of direct light, as `probes` and `shadow_rays` of `solve`.
             seed, threads, progress: see `solve`.
 

@@ -13,6 +13,7 @@ from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
 from surflux.cluster.engines import shared_out
+from surflux.geometry.areas import area_of
 from surflux.geometry.gloss import warn_of_gloss
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
@@ -24,7 +25,7 @@ from surflux.solving.sky_transfer import SkyTransfer
 from surflux.solving.transfer import LARGEST, Transfer
 
 SAMPLES = 4  # of the unoccluded light of each group of senders
-EPSILON = {"local": 0.2, "distant": 0.15, "sky": 0.3}
+EPSILON = {"local": 0.2, "distant": 0.15, "sky": 0.1}
 RAYS = {"local": 128, "distant": 256, "sky": 256}
 KINDS = {"local": LocalTransfer, "distant": DistantTransfer, "sky": SkyTransfer}
 MOST_SENDERS = 2**23  # links hold 24 bits of a node of a binary tree
@@ -134,8 +135,10 @@ def precompute_transfer(
         bounces: how often light is reflected; None for all reflections there are (GMRES, to a residual of 1e-5).
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
             "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
-            None for .2. "distant": what it sees of the sky, the RMS over the sphere; None for .15.
-            "sky": what it has of a distant light, as of lamps; None for .3.
+            None for .2. "distant": what it sees of the sky, the RMS over the sphere; of twice the RMS over the scene
+            where that is less, as in a room with a window; None for .15.
+            "sky": what it has of a natural sky, whose harmonics have a power that falls as the square of their band
+            (Dror, Willsky and Adelson 2004), of the RMS over the scene; None for .1.
         levels, radius: of the basis, as in `solve_meshless`.
         rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128; None
             for 128 ("local") or 256.
@@ -154,8 +157,8 @@ def precompute_transfer(
         LocalTransfer, DistantTransfer or SkyTransfer.
 
     Raises:
-        ValueError: an argument out of range, by name; a first level that does not fit max_memory; a process of the
-            cluster with other scenes, options, versions or instruction sets.
+        ValueError: an argument out of range, by name; areas that are 0 of all surfels; a first level that does not fit
+            max_memory; a process of the cluster with other scenes, options, versions or instruction sets.
         DeviceError: another process of the cluster has failed.
         FileError: the checkpoint is damaged, or of another call.
         Cancelled: the callback returned False.
@@ -197,6 +200,7 @@ def precompute_transfer(
     with thread_limit(threads):
         start = perf_counter()
         compiled = scene._to_core(progress=progress)
+        area_of(compiled.surfels.areas)  # without any there are no senders, and no receivers
         seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             core = cluster.call(_program, scene, options, callback)

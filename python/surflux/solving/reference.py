@@ -14,6 +14,8 @@ from surflux._base.types import Floats, Progress
 from surflux.cluster.engines import shared_out
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
+from surflux.solving.close_lamps import warn_of_close_lamps
+from surflux.solving.darkness import warn_of_noise
 
 
 @shared_out
@@ -67,7 +69,8 @@ def reference_irradiance(
     Returns:
         (irradiance, error), (m, 3) each, in the unit of the lights (W/m2): the estimate and its standard error. The
         difference to the truth, divided by the error, follows Student's t with one degree of freedom less than there
-        are batches.
+        are batches. Where a lamp stands so close to a surface that few paths meet its spot there, that holds for far
+        more samples alone, and a warning says so.
 
     Raises:
         ValueError: an argument out of range, by name.
@@ -88,8 +91,10 @@ def reference_irradiance(
     seed = check.seed("seed", seed)
     options = {"points": points, "normals": normals, "samples": samples, "seed": seed}
     with watched(threads, progress):
-        scene._to_core()
+        core = scene._to_core()
         warn_of_layers(scene)
+        warn_of_noise(core)
+        warn_of_close_lamps(scene, points, samples)
         return cluster.call(_program, scene, options, stage("reference"))
 
 

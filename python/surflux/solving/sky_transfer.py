@@ -23,7 +23,8 @@ from surflux.solving.transfer import LARGEST, Transfer
 
 SUN_RAYS = 16, 64  # probes and shadow rays of each surfel, as of solve
 NARROW = 0.1  # of an environment's light: more than that in small parts of patches is told
-UNEVEN = 0.1  # of the light: what is below the horizon
+UNEVEN = 0.05  # of the light that arrives: what of the ground is elsewhere
+WAYS = 8192  # rays that tell which parts of it surfels see
 
 
 class SkyTransfer(Transfer):
@@ -40,6 +41,21 @@ class SkyTransfer(Transfer):
     def patches(self) -> SkyPatches:
         """Of the sky, and the ground; +z is up, +y is north."""
         return SkyPatches(len(self._core.patches) - 1)
+
+    @cached_property
+    def _ways_out(self):
+        """(m, 3) directions in which rays leave the scene, cosine-distributed from surfels drawn by area."""
+        core = self._scene_core()
+        surfels, random = core.surfels, np.random.default_rng(0)
+        areas = np.asarray(surfels.areas)
+        if not areas.any():
+            return np.zeros((0, 3))
+        rows = random.choice(len(areas), WAYS, p=areas / areas.sum())
+        around = random.normal(size=(WAYS, 3))
+        ways = np.asarray(surfels.normals)[rows] + around / np.linalg.norm(around, axis=1, keepdims=True)
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        met, _, _ = _core.closest_hits(core, rows.astype(np.uint32), np.asarray(surfels.positions)[rows], ways)
+        return ways[met < 0]
 
     def relight(
         self,
@@ -124,8 +140,19 @@ class SkyTransfer(Transfer):
         check.in_range("sky", radiances, 0.0, LARGEST)
         if isinstance(sky, Environment):
             _warn_of_narrow_light(sky, self.patches, radiances)
-            _warn_of_uneven_ground(sky, self.patches, radiances)
+            self._warn_of_uneven_ground(sky, radiances)
         return radiances, sun
+
+    def _warn_of_uneven_ground(self, environment, radiances):
+        if environment.image is None:
+            return
+        share = self.patches._misplaced_ground(environment, radiances, self._ways_out)
+        if share > UNEVEN:
+            warn(
+                f"sky: {share:.0%} of the light that arrives of this environment would come from other parts of what "
+                "is below the horizon, which is one patch of one radiance: the ground should be surfels of the scene, "
+                "or `solve` is right"
+            )
 
     def coefficients(
         self,
@@ -164,15 +191,6 @@ class SkyTransfer(Transfer):
         chosen = check.selection("surfels", slice(None) if surfels is None else surfels, len(self.scene.surfels))
         with watched(threads, progress):
             return self._core.coefficients(chosen, self._bounces(bounces), stage("coefficients"))
-
-
-def _warn_of_uneven_ground(environment, patches, radiances):
-    share = patches._uneven_ground(environment, radiances)
-    if share > UNEVEN:
-        warn(
-            f"sky: {share:.0%} of this environment's light would come from other parts of what is below the horizon, "
-            "which is one patch of one radiance: the ground should be surfels of the scene, or `solve` is right"
-        )
 
 
 def _warn_of_narrow_light(environment, patches, radiances):

@@ -12,6 +12,7 @@ from surflux._base.passes import stage, watched
 from surflux._base.types import Floats, Progress
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Scene
+from surflux.solving.darkness import warn_of_noise
 
 WEIGHTINGS = "cosine", "solid_angle"
 _GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)
@@ -82,7 +83,8 @@ def sky_view_factor(
     The open plane's share, in closed form, is multiplied by what rays find free of it, so that what is open is exact.
     The directions are the same for all surfels. On an aerial LiDAR tile of 110 000 points the RMS error of 256 rays is
     .7 % of the whole sky, .9 % of the RMS of what is seen; on a part of it that of 64, 128, 256 and 512 rays is 1.6,
-    .9, .6 and .35 %.
+    .9, .6 and .35 %. Of noisy points disks stand out of the surface and hide the sky from each other: you are warned
+    where they do for more than a hundredth of what is before them.
 
     Args:
         scene: Scene, whose lights do not matter, or Surfels.
@@ -110,6 +112,7 @@ def sky_view_factor(
     directions = even_directions(check.count("rays", rays, 16, 65536), check.seed("seed", seed))
     with watched(threads, progress):
         lines = SightLines(scene)
+        warn_of_noise(scene._to_core())
         seen, whole = np.zeros(len(lines)), np.zeros(len(lines))
         parts = -(-rays // _AT_ONCE)
         for part in range(parts):

@@ -21,11 +21,23 @@ _AT_ONCE = 512  # hours
 
 
 class SolarHours(NamedTuple):
-    """W/m2 on m surfels in each of h hours, (m, h) each: the sun, the sky, and what surfaces and ground reflect."""
+    """W/m2 on m surfels in each of h hours, (m, h) each: the sun, the sky, and what surfaces and ground reflect.
+
+    A tuple of the three, but equal to itself alone, for arrays are not compared as a whole.
+    """
 
     beam: Floats
     diffuse: Floats
     reflected: Floats
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __ne__(self, other: object) -> bool:
+        return self is not other
+
+    def __hash__(self) -> int:
+        return id(self)
 
     @property
     def total(self) -> Floats:

@@ -51,7 +51,7 @@ class Page:
             coverage, level, parent, group (the finest), and the names in values. Each takes 4 bytes a surfel, all else
             24, and 40 a triangle. Of a DistantTransfer, in place of the 4, irradiance takes 58 and direct light as
             many, which the others are made of; reflectance for radiosity 6, and emission 4.
-        values: dict of further arrays by name: (n, 3) is linear light, (n,) numbers.
+        values: dict of further arrays by name: (n, 3) is exposed as light is, whatever its unit, (n,) numbers.
         camera: Camera to begin with; None for the one that comes with the thing, or one that has all in view.
         title: of the page.
 
@@ -162,7 +162,6 @@ class Page:
             "origin": origin.tolist(),
             "center": center.tolist(),
             "extent": float(away.max()),
-            "unit": "W/m2",
             "camera": camera | {end: (np.array(camera[end]) - origin).tolist() for end in ("eye", "target")},
             "places": store.add(places, np.float32),
             "normals": store.add(folded(normals), np.int16),
@@ -179,18 +178,19 @@ class Page:
         lamps = self._subject.lamps
         about = {"name": name, "label": shown.title, "kind": "screen"}
         if self._turning is not None and name in TURNING:
-            label, white = shown.title.removesuffix(", W/m2"), self._turning.white(name)
-            return about | {"kind": "light", "label": label, "white": white, "turns": True}
+            white = self._turning.white(name)
+            return about | {"kind": "light", "label": shown.label, "white": white, "unit": shown.unit, "turns": True}
         if shown.kind == "light":
             white = white_of(shown.values)
             exitance = np.array([lamp.exitance for lamp in lamps]).reshape(-1, 3) * _LAMP_COLORS.get(name, 1.0)
+            if not shown.unit:  # of what lamps are no part, white as among colours of surfaces
+                exitance = np.full_like(exitance, white)
             values = np.concatenate([shown.values[order], exitance])
-            # Its name stands before its unit already.
-            label = shown.title.removesuffix(", W/m2")
             return about | {
                 "kind": "light",
-                "label": label,
+                "label": shown.label,
                 "white": white,
+                "unit": shown.unit,
                 "data": store.add(packed_light(values / white), np.uint32),
             }
         rgb = np.concatenate([screen_bytes(shown)[order], np.full((len(lamps), 3), 255, np.uint8)]).astype(np.uint32)

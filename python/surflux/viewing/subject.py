@@ -5,6 +5,7 @@ from typing import TypeAlias
 import numpy as np
 
 from surflux._base import check
+from surflux._base.passes import LOG
 from surflux.geometry.hierarchy import build_hierarchy
 from surflux.pictures.framing import own_or_framing
 from surflux.points.surfels import Surfels
@@ -55,6 +56,9 @@ class Subject:
             self.lamps = list(self.solution._lamps)
         else:
             self.lamps = [light for light in thing.lights if isinstance(light, AreaLight)] if self.scene else []
+        faces = [own._faces for own in (self.scene.objects if self.scene else [self.surfels])]
+        if any(own is not None and own.textures is not None for own in faces):
+            LOG.info("textures are not shown: patches have their mean (Solution.render draws them)")
 
     def __len__(self):
         return len(self.surfels)

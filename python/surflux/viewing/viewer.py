@@ -14,6 +14,7 @@ from surflux._base.types import FilePath, Integer, Size
 from surflux.drawing.plots import camera_or_none, destination, in_notebook, quiet_vtk, window_size
 from surflux.pictures.camera import Camera
 from surflux.scenes.camera_file import save_camera
+from surflux.solutions.kept_camera import write_camera
 from surflux.viewing.page import Page
 from surflux.viewing.subject import Subject, Thing
 
@@ -61,11 +62,13 @@ def view(
         level: of the hierarchy, 0 the finest.
         inserted: True marks inserted surfels.
         pick: index of a surfel to pick, or None.
-        values: dict of further arrays by name: (n, 3) is linear light, (n,) numbers, such as errors.
+        values: dict of further arrays by name: (n, 3) is exposed as light is, whatever its unit, (n,) numbers, such as
+            errors.
         camera: Camera; None for the one that comes with the thing, or one that has all in view.
         size: (width, height) in pixels.
         screenshot: path of a PNG or JPEG to write instead of opening a window.
-        file: of a scene (.toml) or a solution (.ply): where w writes the camera.
+        file: of a scene (.toml) or a solution (.ply): where w writes the camera, and changes nothing else in it. A
+            solution that is not there yet is saved.
 
     Returns:
         The path of the picture, None after a window was closed, or a Page in a notebook.
@@ -130,11 +133,13 @@ def camera_writer(window, file):
     def write(camera):
         if path.suffix.lower() == ".toml":
             save_camera(path, camera)
-        elif window.subject.solution is not None:
+        elif window.subject.solution is None:
+            return f"{path.name} holds neither a scene nor a solution, so it has no camera"
+        elif path.exists():
+            write_camera(path, camera)
+        else:
             window.subject.solution.camera = camera
             window.subject.solution.save(path)
-        else:
-            return f"{path.name} holds neither a scene nor a solution, so it has no camera"
         return f"the camera is in {path} now"
 
     return write

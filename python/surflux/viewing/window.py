@@ -79,8 +79,7 @@ class SceneView:
         shown = self.shown()
         look = {"rgb": True}
         if shown.kind == "number":
-            low, high = range_of(shown.values)
-            look = {"cmap": "viridis", "clim": (low, high if high > low else low + 1e-12), "nan_color": "lightgrey"}
+            look = {"cmap": "viridis", "clim": range_of(shown.values), "nan_color": "lightgrey"}
         mesh = self._shape.mesh
         (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = self.spread(shown)
         if self.style == "points":

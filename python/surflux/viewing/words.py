@@ -12,7 +12,7 @@ def caption(view, shown):
     """What is shown, in a line or two."""
     lines = []
     if shown.kind == "light":
-        lines.append(f"{shown.title.removesuffix(', W/m2')}; white is {view.white() / 2.0**view.stops:.3g} W/m2")
+        lines.append(f"{shown.label}; white is {view.white() / 2.0**view.stops:.3g} {shown.unit}".rstrip())
     else:
         lines.append(shown.title)
     if shown.name == "group":

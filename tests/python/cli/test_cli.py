@@ -305,6 +305,7 @@ def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch
         ([], "the following arguments are required: COMMAND, of solve, area, check, doctor, "),
         (["solve", "room.toml", "--ligth=sun"], "unrecognized arguments: --ligth=sun; did you mean --light?"),
         (["render", "a.ply", "--direct", "traced"], "; --direct is an option of surflux solve and surflux relight ("),
+        (["-q", "solve", "room.toml"], "unrecognized arguments: -q; -q goes behind the command: surflux solve -q ("),
         (["paint"], "invalid choice: 'paint'"),
         (["solv", "scan.ply"], "invalid choice: 'solv' (choose from"),
         (["solv", "scan.ply"], "); did you mean solve?"),
@@ -384,7 +385,7 @@ def test_warnings_are_one_line(here, run, monkeypatch):
         return shapes.sphere(42)
 
     monkeypatch.setattr(sf, "read", read)
-    status, _, err = run("area", "ball.ply", "-o", "a.ply")
+    status, _, err = run("check", "ball.ply")
     assert status == 0
     assert "surflux: warning: 3 normals are zero\n" in err
     assert "test_cli.py" not in err

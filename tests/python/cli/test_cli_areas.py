@@ -104,3 +104,41 @@ def test_knobs_and_a_viewpoint(run, capfd):
     assert (sf.read("seen.ply").normals[:, 2] < -0.99).all()
     assert commands.main(["area", "room.toml", "--viewpoint", "0,0,9"]) == 2
     assert "--viewpoint: is for a cloud" in capfd.readouterr().err
+
+
+def test_areas_stand_beside_all_that_a_cloud_has(run, capfd):
+    points = shapes.sphere(500, 1.0).points
+    attributes = {"classification": np.arange(500) % 7, "intensity": np.arange(500) + 1.0, "area": np.ones(500)}
+    sf.Scan(points, attributes=attributes).save("scan.ply")
+    assert commands.main(["area", "scan.ply", "-o", "all.ply", "-q"]) == 0
+    found = sf.read_scan("all.ply")
+    np.testing.assert_array_equal(found.points, points)
+    assert set(found.attributes) == {"classification", "intensity", "radius", "area"}
+    np.testing.assert_array_equal(found.attributes["classification"], attributes["classification"])
+    assert found.attributes["area"].sum() == pytest.approx(4 * np.pi, rel=0.01)
+    again, before = sf.read("all.ply"), sf.read("scan.ply")
+    np.testing.assert_array_equal(again.areas, found.attributes["area"])
+    np.testing.assert_array_equal(again.radii, before.radii)
+    np.testing.assert_allclose(again.normals, before.normals, atol=1e-7)
+    np.testing.assert_array_equal(again.reflectance, before.reflectance)
+    assert commands.main(["area", "scan.ply", "-o", "some.ply", "--points", "100", "-q"]) == 0
+    some = sf.read_scan("some.ply").attributes
+    assert 50 < len(some["row"]) <= 100
+    np.testing.assert_array_equal(some["classification"], some["row"] % 7)
+    capfd.readouterr()
+
+
+def test_areas_of_what_was_lit_are_of_its_surfels(run, capfd):
+    points = np.vstack([shapes.sphere(500, 1.0).points, [[30.0, 30.0, 30.0]]])
+    sf.Scan(points).save("scan.ply")
+    assert commands.main(["solve", "scan.ply", "--light", "sky", "--no-image", "-q"]) == 0
+    assert commands.main(["area", "scan_solved.ply", "-o", "all.ply", "-q"]) == 0
+    assert "500 surfels" in capfd.readouterr().out
+    found = sf.read_scan("all.ply").attributes
+    assert np.isnan(found["area"]).tolist() == found["left_out"].astype(bool).tolist() == [False] * 500 + [True]
+
+
+def test_areas_of_patches_go_with_their_triangles(run):
+    sf.Surfels.from_mesh(([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2, 3]])).save("patch.ply")
+    assert commands.main(["area", "patch.ply", "-o", "all.ply", "-q"]) == 0
+    assert len(sf.read("all.ply").triangles) == 2

@@ -60,6 +60,24 @@ def test_the_command_reports_and_turns(tmp_path, capsys):
     assert "--smallest: wanted a whole number from 1" in capsys.readouterr().err
 
 
+def test_what_is_turned_keeps_all_that_a_cloud_has(check):
+    ball = shapes.sphere(500)
+    cap = ball.points[:, 2] > 0.8
+    columns = {"classification": np.arange(500) % 7, "intensity": np.arange(500) + 1.0}
+    sf.Scan(ball.points, attributes=columns).save(
+        "scan.ply", normals=np.where(cap[:, None], -ball.normals, ball.normals)
+    )
+    check("scan.ply", "-o", "turned.ply")
+    found = sf.read_scan("turned.ply")
+    np.testing.assert_array_equal(found.points, ball.points)
+    np.testing.assert_allclose(found.normals, ball.normals, atol=1e-6)
+    for name, column in columns.items():
+        np.testing.assert_array_equal(found.attributes[name], column)
+    check("scan.ply", "-o", "some.ply", "--points", "200")
+    some = sf.read_scan("some.ply").attributes
+    np.testing.assert_array_equal(some["classification"], some["row"] % 7)
+
+
 @pytest.mark.parametrize("mesh", [False, True])
 def test_a_room_is_left_as_it_is_unless_it_is_said_to_be_a_body(mesh, check):
     """Rays tell a side that light leaves the scene from; a room and a body turned inside out have the same one."""

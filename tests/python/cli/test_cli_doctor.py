@@ -180,7 +180,7 @@ def test_classes_returns_and_intensity(doctor, run):
     assert found["intensity"] == {"least": 0.0, "largest": 403.0, "mean": 201.5}
     out = run("doctor", "a.npz")[1]
     assert "classes: 202 ground (2), 202 building (6)" in out
-    assert "grey by the intensity, .5 at its mean" in out
+    assert "grey by the intensity, .5 on average" in out
 
 
 def test_points_without_a_class(doctor, run):

@@ -175,6 +175,14 @@ def test_a_scene_file_is_not_a_solution(solved, run, tmp_path):
     assert err == "surflux: error: room.toml: holds a scene but no solution; `surflux solve room.toml` makes one\n"
 
 
+def test_a_mesh_is_not_a_solution(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "room.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    status, out, err = run("render", "room.obj", "--image", "a.png")
+    assert (status, out) == (2, "")
+    assert err == "surflux: error: room.obj: is no solution, but obj; `surflux solve room.obj` makes one\n"
+
+
 def test_a_solution_is_not_solved_again(solved, run, tmp_path):
     status, out, err = run("solve", "a.ply")
     assert (status, out) == (2, "")

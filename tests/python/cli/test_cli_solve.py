@@ -10,7 +10,7 @@ import pytest
 import surflux as sf
 from pixels import pixels
 from surflux import _core
-from surflux.cli import cloud
+from surflux.cli import cloud, points
 
 ROOT = Path(__file__).parents[3]
 
@@ -124,8 +124,8 @@ def test_threads_are_a_limit_of_reading_too(ball, run, monkeypatch, command):
         monkeypatch.setattr(where, name, recording)
 
     monkeypatch.setattr(_core, "ThreadLimit", Limit)
-    reads = "read_scan_with_faces" if command == "solve" else "read"
-    recorded(reads, cloud if command == "solve" else sf)
+    reads = "read" if command == "check" else "read_scan_with_faces"
+    recorded(reads, {"solve": cloud, "area": points, "check": sf}[command])
     recorded("load_scene")
     more = ["--no-image"] if command == "solve" else []
     assert run(command, "ball.ply", "--threads", 1, *more)[0] == 0

@@ -1,10 +1,15 @@
 """`surflux view`: what it shows of scenes, clouds, meshes and solutions, what it writes, and what it refuses."""
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import surflux as sf
 from surflux.cli import commands
+from surflux.scenes import shapes
+from surflux.viewing.viewer import camera_writer
 
 SCENE = """
 [[object]]
@@ -144,3 +149,32 @@ def test_what_is_refused(run, arguments, message):
     assert (status, out) == (2, "")
     assert "surflux: error: " in err
     assert message in err
+
+
+def test_w_changes_nothing_but_the_camera_of_a_lit_cloud(run):
+    """Nor the points without light, which no Solution has, the cloud's own columns and comments, and its pixels."""
+    points = np.vstack([shapes.sphere(500, 1.0).points, [[30.0, 30.0, 30.0]]])
+    sf.Scan(points, attributes={"classification": np.arange(501) % 7}).save("ball.ply", comments=["of May"])
+    assert commands.main(["solve", "ball.ply", "--light", "sky", "--no-image", "-q"]) == 0
+    path, camera = Path("ball_solved.ply"), sf.Camera([5, 0, 0], [0, 0, 0], fov=30.0)
+    path.write_bytes(path.read_bytes().replace(b"1.0\n", b"1.0\ncomment of May\n", 1))
+    before, scan = path.read_bytes(), sf.read_scan(path)
+    assert len(scan) == 501
+    assert scan.attributes["left_out"].sum() == 1
+    whole = sf.load_solution(path)
+    window = SimpleNamespace(subject=SimpleNamespace(solution=whole))
+    assert camera_writer(window, path)(camera) == "the camera is in ball_solved.ply now"
+    after = path.read_bytes()
+    assert after.partition(b"end_header\n")[2] == before.partition(b"end_header\n")[2]
+    ours = b"comment surflux "
+    kept = [
+        [line for line in data.partition(b"end_header")[0].split(b"\n") if ours not in line] for data in (before, after)
+    ]
+    assert kept[0] == kept[1]
+    assert b"comment of May" in kept[1]
+    solution = sf.load_solution(path)
+    assert repr(solution.camera) == repr(camera)
+    assert solution.history == whole.history
+    sf.Scan(points).save("cloud.ply")
+    with pytest.raises(sf.FileError, match=r"cloud\.ply: holds points but no solution"):
+        camera_writer(window, "cloud.ply")(camera)

@@ -281,7 +281,7 @@ def test_pictures_of_16_bits_and_of_one_channel(tmp_path):
         ("b.png", np.full((8, 8), 32768, np.uint16)),
         ("c.png", np.full((8, 8), 128, np.uint8)),
         ("d.jpg", np.full((8, 8, 3), 128, np.uint8)),
-        ("e.png", np.full((8, 8, 4), 128, np.uint8)),
+        ("e.png", np.full((8, 8, 4), [128, 128, 128, 255], np.uint8)),
     ):
         image.fromarray(pixels).save(tmp_path / name)
         mesh = read_mesh(obj(tmp_path, f"newmtl painted\nmap_Kd {name}\n", text=SQUARE + "f 1/1 2/2 3/3 4/4\n"))

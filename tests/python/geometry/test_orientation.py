@@ -139,3 +139,67 @@ def test_near_copies_of_points_do_not_tilt_normals(seed, apart):
     once, found = (np.sqrt(np.mean(off(of) ** 2)) for of in (points, np.concatenate([points, copies])))
     assert once < 1.1
     assert found < once + 0.9
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_ball_that_rests_on_a_floor_of_its_mesh_is_no_part_of_it(turned):
+    """Its lowest faces lie on the floor and face the other way: the floor's 3600 had turned all of the ball over."""
+    vertices, faces = shapes.icosphere(3)
+    vertices = 0.3 * vertices + [0, 0, 0.3 * np.abs(vertices[:, 2]).max()]
+    faces = faces[:, ::-1] if turned else faces
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    mesh = np.concatenate([square, vertices]), [[0, 1, 2, 3], *(faces + 4).tolist()]
+    surfels = sf.Surfels.from_mesh(mesh, 4.0 / 60**2)
+    inward = sf.inward_patches(surfels) > 0
+    on_floor = surfels.points[:, 2] < 1e-6
+    assert not inward[on_floor].any()
+    assert inward[~on_floor].mean() == float(turned)
+    if not turned:
+        assert not sf.inward_patches(surfels, rooms=True).any()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_points_of_a_ball_that_rests_on_a_floor_keep_their_normals(seed, noise):
+    """Below it points of both lie among each other, and face opposite ways: all of the ball was turned over."""
+    rng = np.random.default_rng(seed)
+    d = rng.normal(size=(2000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    points = np.concatenate([0.6 * d + [0.9, 0.3, 0.6], np.c_[rng.uniform(-2, 2, (5000, 2)), np.zeros(5000)]])
+    points += noise * np.sqrt(16 / 5000) * rng.normal(size=points.shape)
+    normals = np.concatenate([d, np.tile([0, 0, 1.0], (5000, 1))])
+    assert not sf.inward_patches(sf.Surfels(points, normals)).any()
+
+
+def test_points_of_a_cylinder_that_stands_on_a_floor_keep_their_normals():
+    rng = np.random.default_rng(1)
+    angle, z = rng.uniform(0, 2 * np.pi, 6000), rng.uniform(0, 1.2, 6000)
+    wall = np.c_[np.cos(angle), np.sin(angle), np.zeros(6000)]
+    lids = rng.uniform(-1, 1, (6000, 2))
+    lids = lids[(lids**2).sum(axis=1) < 1]
+    bottom, top = lids[::2], lids[1::2]
+    points = [
+        0.5 * wall + np.c_[z, z, z] * [0, 0, 1],
+        np.c_[0.5 * bottom, 0 * bottom[:, 0]],
+        np.c_[0.5 * top, 0 * top[:, 0] + 1.2],
+    ]
+    normals = [wall, np.tile([0, 0, -1.0], (len(bottom), 1)), np.tile([0, 0, 1.0], (len(top), 1))]
+    floor = np.c_[rng.uniform(-2, 2, (20000, 2)), np.zeros(20000)]
+    points, normals = np.concatenate([*points, floor]), np.concatenate([*normals, np.tile([0, 0, 1.0], (20000, 1))])
+    assert not sf.inward_patches(sf.Surfels(points, normals)).any()
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.01, 0.03])
+def test_borders_of_grids_have_normals(noise):
+    """As of a DEM: half of them leaned 22 degrees, for the straight border's two opposite neighbours made a plane."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(40.0), np.arange(40.0)))
+    wave = 0.3 * np.sin(x / 2.7) * np.cos(y / 2.7)
+    slopes = 0.3 / 2.7 * np.stack([np.cos(x / 2.7) * np.cos(y / 2.7), -np.sin(x / 2.7) * np.sin(y / 2.7)])
+    true = np.column_stack([*-slopes, np.ones(len(x))])
+    true /= np.linalg.norm(true, axis=1)[:, None]
+    heights = wave + noise * np.random.default_rng(0).normal(size=len(x))
+    found = sf.Surfels(np.column_stack([x, y, heights]), viewpoint=(20, 20, 1e4)).normals
+    off = np.degrees(np.arccos(np.clip((found * true).sum(axis=1), -1.0, 1.0)))
+    border = (x == 0.0) | (x == 39.0) | (y == 0.0) | (y == 39.0)
+    assert off[border].max() < 3.0 + 250.0 * noise
+    assert np.median(off[border]) < 1.0 + 50.0 * noise

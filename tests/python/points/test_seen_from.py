@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.layers import _thin_out_from_origin
+from surflux.geometry.estimates import outward_normals
+from surflux.points.layers import _thin_out_from_origin, layer_of
 from surflux.points.seen_from import viewed_from
+from surflux.points.terrain import normals_of_terrain
 
 
 def place_of(points):
@@ -62,6 +64,39 @@ def test_terrain_of_arrays_faces_upwards_as_that_of_files(seed):
     slope, bumps = 0.1 * (seed % 3), 0.5 * (seed % 4)
     terrain = sf.Surfels(np.c_[xy, slope * xy[:, 0] + bumps * np.sin(xy[:, 0] / 7) + 0.02 * random.normal(size=3000)])
     assert (terrain.normals[:, 2] > 0).all()
+
+
+def finer_on_floor(spacing, seed):
+    """A floor 4 m wide at 7 cm with a box and a table's board on it at a finer spacing, as a scan of objects has it;
+    how many points are the floor's."""
+    random = np.random.default_rng(seed)
+
+    def grid(u, v, apart):
+        u, v = np.meshgrid(np.arange(*u, apart), np.arange(*v, apart))
+        return np.c_[u.ravel(), v.ravel()] + random.uniform(-0.3, 0.3, (u.size, 2)) * apart
+
+    def faces(low, high):
+        for axis in range(3):
+            across = [k for k in range(3) if k != axis]
+            for end in (low, high):
+                out = np.insert(grid(*((low[k], high[k]) for k in across), spacing), axis, end[axis], axis=1)
+                yield out[(out[:, 2] > 0.0) | (axis != 2)]
+
+    floor = grid((-2, 2), (-2, 2), 0.069)
+    floor = floor[~(np.abs(floor) < 0.3).all(axis=1)]
+    objects = [*faces([-0.3, -0.3, 0], [0.3, 0.3, 0.5]), *faces([0.8, -0.2, 0.6], [1.4, 0.4, 0.62])]
+    points = np.vstack([np.c_[floor, np.zeros(len(floor))], *objects])
+    return points + 0.0005 * random.normal(size=points.shape), len(floor)
+
+
+@pytest.mark.parametrize("spacing", [0.06, 0.016, 0.01, 0.005])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_floor_beneath_objects_sampled_finer_faces_upwards(spacing, seed):
+    """Columns with the points of objects decided alone, and the floor faced down: 2 % of the sun arrived."""
+    points, floor = finer_on_floor(spacing, seed)
+    assert place_of(points)[2] > 100.0
+    if spacing == 0.016:
+        assert np.mean(sf.Surfels(points).normals[:floor, 2] > 0.0) > 0.99
 
 
 @pytest.mark.parametrize("height", [50.0, 80.0, 150.0, 400.0, -60.0, -200.0])
@@ -253,3 +288,30 @@ def test_a_layer_with_normals_the_other_way_round_is_turned(tmp_path, points, ca
         turned = sf.read(tmp_path / "layer.npz", orient=True).normals
     assert np.mean(np.sum(turned * right, axis=1) > 0.0) > 0.999
     assert any("its normals face away and are turned over, all of them, to face" in r.message for r in caplog.records)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_a_ball_that_rests_on_a_floor_faces_outwards_and_the_floor_the_ball(seed, noise):
+    """Through the contact the floor went on inside of the ball."""
+    rng = np.random.default_rng(seed)
+    d = rng.normal(size=(3000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    points = np.concatenate([0.6 * d + [0, 0, 0.6], np.c_[rng.uniform(-2, 2, (8000, 2)), np.zeros(8000)]])
+    points += noise * rng.normal(size=points.shape)
+    truth = np.concatenate([d, np.tile([0, 0, 1.0], (8000, 1))])
+    ball = np.arange(len(points)) < 3000
+    for estimated in (normals_of_terrain(points), outward_normals(points)):
+        right = np.sum(estimated * truth, axis=1) > 0.0
+        # Twelve neighbours reach two spacings, .09: so far from the floor a point of the ball has links to it.
+        assert np.mean(right[ball & (points[:, 2] > 0.09)]) > 0.97
+        assert np.mean(right[~ball]) > 0.97
+    beside = ~ball & (np.hypot(*points[:, :2].T) > 0.5)
+    assert normals_of_terrain(points)[beside, 2].min() > 0.0
+
+
+@pytest.mark.parametrize("across", [1e-10, 1e-13])
+def test_points_in_a_line_are_no_layer(across):
+    """Columns as wide as the points are apart are countless: they took 26 GiB."""
+    random = np.random.default_rng(0)
+    assert layer_of(np.c_[random.uniform(0, 1000, 5000), random.uniform(0, across, 5000), np.zeros(5000)]) is None

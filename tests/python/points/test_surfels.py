@@ -175,6 +175,13 @@ def test_thinned_keeps_what_it_says():
     assert (s.thinned(400).points == s.points).all()
 
 
+@pytest.mark.parametrize("n", [2, 9, 400])
+def test_thinned_wants_some_area(n):
+    with pytest.raises(ValueError, match=r"^areas: wanted some above 0, got 0 for all surfels$"):
+        flat(20, areas=0.0).thinned(n)
+    assert len(flat(20, areas=np.arange(400) % 2).thinned(n)) == n
+
+
 def test_thinned_patches_become_disks():
     square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     t = sf.Surfels.from_mesh(square, patch_area=0.01).thinned(30)

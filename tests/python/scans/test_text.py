@@ -161,8 +161,8 @@ def test_what_is_refused(tmp_path, text, reason):
 def test_intensity_stands_in_for_colours(tmp_path):
     (tmp_path / "a.pts").write_text("4\n0 0 0 -2000\n1 0 0 -1000\n0 1 0 0\n1 1 0 5000\n")
     s = sf.read(tmp_path / "a.pts")
-    # From the least, 0, 1000, 2000 and 7000: .5 at the mean of 2500, and no more than .98.
-    np.testing.assert_allclose(s.reflectance, np.repeat([[0.0], [0.2], [0.4], [0.98]], 3, axis=1), rtol=1e-12)
+    # From the least, 0, 1000, 2000 and 7000: the last is white, .98, and the others make the mean .5: .34 for 1000.
+    np.testing.assert_allclose(s.reflectance, np.repeat([[0.0], [0.34], [0.68], [0.98]], 3, axis=1), rtol=1e-12)
     (tmp_path / "a.pts").write_text("4\n0 0 0 9\n1 0 0 9\n0 1 0 9\n1 1 0 9\n")  # says nothing
     np.testing.assert_array_equal(sf.read(tmp_path / "a.pts").reflectance, 0.5)
     np.testing.assert_array_equal(sf.read(tmp_path / "a.pts", reflectance=0.3).reflectance, 0.3)

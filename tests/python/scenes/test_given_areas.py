@@ -35,6 +35,13 @@ def test_areas_that_do_not_fit_the_disks_are_named(solver):
         SOLVERS[solver](scene)
 
 
+@pytest.mark.parametrize("lighting", ["local", "distant", "sky"])
+def test_without_any_area_no_light_is_transferred(lighting):
+    scene = sf.Scene([ball(300, areas=0.0)])
+    with pytest.raises(ValueError, match=r"^areas: wanted some above 0, got 0 for all surfels$"):
+        sf.precompute_transfer(scene, lighting)
+
+
 def test_given_areas_are_held_against_some_of_many_disks():
     scene = sf.Scene([with_areas(ball(35_000, emission=2.0), 0.8)])
     assert scene._coincidence().unlike_areas == [(0, pytest.approx(0.8, abs=1e-3))]

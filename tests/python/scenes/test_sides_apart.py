@@ -76,7 +76,7 @@ def test_piles_have_no_other_side():
 def test_a_sheet_in_a_larger_cloud_is_named():
     floor = sf.Surfels(3.0 * places(4000, 5) - [0, 0, 1], normals=[[0, 0, 1]] * 4000)
     cloud = sf.concatenate([floor, APART["front and back"]()[::2]])
-    assert sf.Scene([cloud])._coincidence().shut_off[0][1] > 500
+    assert coincidence_of(sf.Scene([cloud]))[0]["shut_off"][0]["points"] > 500
 
 
 APART = {
@@ -93,6 +93,41 @@ def test_sides_sampled_apart_are_named(name):
         UserWarning, match=r"object 0: \d+ points of it lie beneath others that face them.*two_sided=True"
     ):
         sf.solve(sf.Scene([APART[name]()], [SUN]), rays=16)
+
+
+def turned():
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    return matrix
+
+
+OBJECTS_APART = {
+    "two clouds": lambda: [sheet(), sheet(seed=1, up=-1.0)],
+    "two clouds, turned": lambda: [o.transformed(turned()) for o in OBJECTS_APART["two clouds"]()],
+    "a cloud and a mesh": lambda: [sf.Surfels.from_mesh((SQUARE, [[0, 1, 2, 3]]), 0.1), sheet(up=-1.0)],
+    "two shells": lambda: [
+        sf.Surfels(p, normals=side * p) for p, side in ((shell(2000).points[::2], 1), (shell(1200).points[::2], -1))
+    ],
+}
+
+
+@pytest.mark.parametrize("name", OBJECTS_APART)
+def test_sides_that_are_objects_of_their_own_are_named(name):
+    """They had no light, without a word."""
+    with pytest.warns(UserWarning, match=r"object 1: \d+ points of it lie beneath object 0, which faces them"):
+        sf.solve(sf.Scene(OBJECTS_APART[name](), [SUN]), rays=16)
+
+
+def test_what_stands_or_hangs_is_not():
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    box = sf.Surfels.sample_mesh(
+        (corners, [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]), 3000
+    )
+    slab = np.array(corners) * [1, 1, 0.02]
+    slab = sf.Surfels.sample_mesh((slab, [[0, 2, 3, 1], [4, 5, 7, 6]]), 1000)
+    floor = sf.Surfels(2.0 * places(2000, 7), normals=[[0, 0, 1]] * 2000)
+    for objects in ([box, floor], [slab, floor], [box, sf.Surfels.from_mesh((2 * SQUARE, [[0, 1, 2, 3]]), 0.1)]):
+        assert coincidence_of(sf.Scene(objects, [SUN]))[0]["shut_off"] == []
 
 
 @pytest.mark.parametrize(

@@ -127,3 +127,25 @@ def test_no_light_comes_through_beneath_a_wall():
     assert picture["radiance"][dim].max() <= 1.0001 * brightest < 0.1 * picture["radiance"].max()
     again = pickle.loads(pickle.dumps(solution)).render(camera, (120, 90))
     np.testing.assert_array_equal(again, picture["radiance"])
+
+
+@pytest.mark.filterwarnings("ignore:backs of surfaces absorb")
+@pytest.mark.parametrize("solve", [sf.solve, sf.solve_meshless])
+@pytest.mark.parametrize("gap", [0.01, 0.03])
+def test_a_picture_before_a_wall_of_its_mesh_takes_nothing_of_its_shadow(solve, gap):
+    """Its borders were a third too dark: the wall behind it, which it shades, lies within a kernel's reach."""
+    x = np.linspace(0, 1, 9)
+    grid = np.stack([*np.meshgrid(x, [0.0], x, indexing="ij")], -1).reshape(-1, 3)
+    corner = (np.arange(8)[:, None] * 9 + np.arange(8)).ravel()[:, None]
+    faces = corner + np.array([0, 9, 10, 1])
+    hung = faces[np.abs(grid[faces].mean(axis=1) - [0.5, 0, 0.5]).max(axis=1) < 0.26] + len(grid)
+    mesh = np.concatenate([grid, grid - [0, gap, 0]]), np.concatenate([faces, hung])
+    lamp = [sf.PointLight([0.5, -3.0, 3.5], 1.0)]
+    options = {"insert": False} if solve is sf.solve else {}
+    found = solve(sf.Scene([sf.Surfels.from_mesh(mesh)], lamp), **options)
+    alone = solve(sf.Scene([sf.Surfels.from_mesh((mesh[0], hung))], lamp), **options)
+    camera = sf.Camera([0.5, -1.5, 0.5], [0.5, 0, 0.5], fov=14)  # of which the picture fills all but the rim
+    pictures = [s.render(camera, (SIDE, SIDE), samples=1, layers=["direct", "depth"]) for s in (found, alone)]
+    on_it = np.abs(pictures[0]["depth"] - (1.5 - gap)) < 1e-3
+    assert on_it.sum() > 0.5 * SIDE**2
+    np.testing.assert_allclose(pictures[0]["direct"][on_it], pictures[1]["direct"][on_it], rtol=0.01)

@@ -181,3 +181,16 @@ def test_backs_that_take_much_of_the_light_are_warned_of(solver):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         solver(sf.Scene([floor_and_walls, ceiling], lamp))
+
+
+def test_what_glows_beneath_a_box_shines_into_its_backs(solver):
+    """By solve_meshless it was "lost by the solver", for which more rays were to help."""
+    corners = [[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]
+    floor = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 0.04, reflectance=0.3, emission=1.0)
+    vertices, faces, _ = shapes.box(1.0, 1)
+    box = sf.Surfels.from_mesh((vertices - np.array([0.5, 0.5, 0.0]), faces), 0.04, reflectance=0.3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        power = solver(sf.Scene(sf.divide_patches([floor, box]))).history[-1]
+    assert power["power_into_backs"] == pytest.approx(power["power_in"] / 16, rel=0.01)
+    assert abs(power["power_lost"]) < 0.002 * power["power_in"]

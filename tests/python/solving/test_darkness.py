@@ -99,6 +99,29 @@ def test_a_lamp_that_a_sky_hides_the_lack_of_is_named(solver):
     assert solved(solver, sf.Scene([FLOOR], lights))[1] == []
 
 
+@SOLVERS
+@pytest.mark.parametrize("lights", [1, 2])
+def test_a_floor_that_faces_down_beneath_lit_tops_is_told(solver, lights):
+    """Of the sun 2.5 % met fronts, tops of a table and a box, and nothing was said."""
+    floor = sf.Surfels.from_mesh(([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]], [[0, 1, 2, 3]]), 0.05)
+    top = sf.Surfels.from_mesh(([[0, 0, 0.5], [0.6, 0, 0.5], [0.6, 0.6, 0.5], [0, 0.6, 0.5]], [[0, 1, 2, 3]]), 0.05)
+    suns = [sf.DirectionalLight([-0.5, 0.3, -0.8], 3.0), sf.DirectionalLight([0.5, 0.3, -0.8], 3.0)][:lights]
+    _, said = solved(solver, sf.Scene([floor.flipped(), top], suns))
+    assert sum("shines on backs of surfels nearly alone: normals face away" in text for text in said) == lights
+    assert not any("shines on backs" in text for text in solved(solver, sf.Scene([floor, top], suns))[1])
+
+
+@pytest.mark.parametrize("elevation", [15.0, 40.0, 70.0])
+def test_a_sun_on_the_outsides_of_a_room_with_a_window_is_nothing_to_tell(elevation):
+    walls = room(True, 10)
+    window = (walls.points[:, 1] < 1e-9) & (np.abs(walls.points[:, [0, 2]] - 0.5) < 0.11).all(axis=1)
+    sky = sf.Sky.from_sun(elevation, 180.0, direct_normal=800.0, diffuse=0.0)
+    assert window.sum() == 4
+    for lights in ([sky], sky.lights[:1]):
+        _, said = solved(sf.solve, sf.Scene([walls[~window]], lights))
+        assert not any("nearly alone" in text or "backs of surfels alone" in text for text in said)
+
+
 @pytest.mark.parametrize("height", [0.05, 0.5])
 def test_steep_terrain_that_is_wound_downwards_is_told(height):
     """Slopes whose fronts the sun would meet, were nothing in the way."""

@@ -41,7 +41,7 @@ def test_estimates_of_a_dim_room():
             assert figures["local_error"] <= figures["local_error_p90"]
             p90.append(figures["local_error_p90"])
     assert np.mean(p90[::2]) < 0.2, p90
-    assert np.mean(p90[1::2]) > 0.25, p90
+    assert np.mean(p90[1::2]) > 1.2 * np.mean(p90[::2]), p90
 
 
 @pytest.mark.slow
@@ -81,11 +81,8 @@ def test_local_errors_of_what_is_known():
     assert local_errors(1.1 * true, true, 0.06 * true, 1.0) == pytest.approx([0.08, 0.08])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 4])
-def test_a_black_wall_beside_a_door_ajar_has_its_light(seed):
-    """With seed 3 no ray of its coarse nodes met the bright gap, and they were not asked again when others had."""
-    door = door_ajar(1.0)
+def black_beside(door):
+    """The same with all that is in the dark black, and surfels of its wall beside the door, all of one size."""
     is_dark, objects, first = in_the_dark(door), [], 0
     for of in door.objects:
         mine = is_dark[first : first + len(of)]
@@ -94,7 +91,25 @@ def test_a_black_wall_beside_a_door_ajar_has_its_light(seed):
     scene = sf.Scene(objects, door.lights)
     s = scene.surfels
     beside = (s.normals[:, 0] > 0.99) & (np.abs(s.points[:, 0] - WALL) < 1e-6) & (np.abs(s.points[:, 1] - 3) < 1.0)
-    rows = np.random.default_rng(0).choice(np.flatnonzero(beside), 160, replace=False)  # all of one size
+    return scene, np.flatnonzero(beside)
+
+
+@pytest.mark.slow
+def test_what_no_node_has_met_particles_find():
+    """Coarse patches: of seeds 0 and 9 no node had met the gap, and nothing and a quarter was left of its light."""
+    scene, rows = black_beside(door_ajar(0.35))
+    reference = Reference(scene, rows, 2048)
+    for seed in (0, 3, 9):
+        found = reference.of(sf.solve(scene, seed=seed))
+        assert 0.9 < found.sum() / reference.mean.sum() < 1.6  # patches are nearly three times as wide as the gap
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_black_wall_beside_a_door_ajar_has_its_light(seed):
+    """With seed 3 no ray of its coarse nodes met the bright gap, and they were not asked again when others had."""
+    scene, beside = black_beside(door_ajar(1.0))
+    rows = np.random.default_rng(0).choice(beside, 160, replace=False)
     reference = Reference(scene, rows, 8192)
     found = reference.of(sf.solve(scene, seed=seed))
     assert abs(found.sum() / reference.mean.sum() - 1.0) < 0.12 + 2 * reference.noise  # 0.15 was left of it

@@ -10,6 +10,7 @@ import pytest
 import surflux as sf
 from cases.builders import cube_inside
 from quick import quick
+from scenes import room_with_a_window
 from surflux.scenes import shapes
 
 # Five bands that are nowhere below 0: a bright side, with colours.
@@ -293,3 +294,17 @@ def test_nothing_is_said_of_lobes_that_reflect_nothing(tmp_path):
         warnings.simplefilter("error")
         for kept in (sf.load_solution(solution.save(tmp_path / "floor.ply")), pickle.loads(pickle.dumps(solution))):
             kept.radiance_towards([0, 0, 1])
+
+
+def test_a_room_with_a_window_is_refined_by_what_it_sees():
+    """What points may be off by was that of an open plain, more than all the sky there: 7 % off, 2.5 % missing."""
+    walls, _ = room_with_a_window(0.05, 0.5)
+    environment = sf.Environment.from_harmonics(LIGHT)
+    solved = sf.solve(sf.Scene([walls], [environment]), insert=False)
+    areas, true = solved.surfels.areas[:, None], solved.irradiance
+    lost = []
+    for seed in range(3):
+        found = sf.precompute_transfer(sf.Scene([walls]), "distant", bounces=None, seed=seed).relight(environment)
+        assert np.sqrt((areas * (found.irradiance - true) ** 2).sum() / (areas * true**2).sum()) < 0.055
+        lost.append(1 - (areas * found.irradiance).sum() / (areas * true).sum())
+    assert abs(np.mean(lost)) < 0.015

@@ -211,3 +211,12 @@ def test_what_leaves_thin_walls_outwards_does_not_light_the_rooms(seed):
     indirect, wanted = (s.irradiance - s.direct for s in (found, unscaled))
     assert rms(indirect, wanted, found.surfels.areas) < 0.06
     assert abs(found.history[-1]["power_lost"]) < 0.005 * found.history[-1]["power_in"]
+
+
+def test_what_escapes_between_plates_is_told_by_own_rays():
+    """Where solve_meshless gathers light at surfels by themselves, what escapes there is theirs, too: 1 % too much."""
+    low = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.3, 1.0, 0.01)
+    scene = sf.Scene([low, patch([0, 0, 0.1], [0, 1, 0], [1, 0, 0], 0.3, 0.0, 0.01)])
+    true = sf.solve(scene, transport="pairs", insert=False).history[-1]["power_escaped"]
+    found = [sf.solve_meshless(scene, seed=seed).history[-1]["power_escaped"] for seed in range(3)]
+    np.testing.assert_allclose(found, true, rtol=0.003)

@@ -246,3 +246,14 @@ def test_at_most_20000_surfels():
     many = sf.Surfels(np.random.default_rng(0).uniform(size=(20_001, 3)), [[0, 0, 1]] * 20_001, radii=0.01, areas=1e-4)
     with pytest.raises(ValueError, match=r"^scene: wanted at most 20000 surfels .*, got 20001$"):
         sf.form_factors(sf.Scene([many]))
+
+
+@pytest.mark.parametrize("far", [30.0, 99.0, 101.0, 1e3, 1e5])
+def test_far_patches_are_as_precise_as_near_ones(far):
+    """From 1000 times their size on they were taken for points: 7e-7 too much."""
+    low = patch([0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], 0.5, 0.0, 0.01)
+    high = patch([0, 0, far], [0, 0.1, 0], [0.1, 0, 0], 0.5, 0.0, 0.01)
+    x = 0.1 / far
+    # Howell, C-11: 2 / (pi x^2) (log((1 + x^2) / sqrt(1 + 2 x^2)) + ...), as a series: written out all of it cancels.
+    exact = x * x / np.pi * (1 - 2 * x * x / 3)
+    assert sf.form_factors(sf.Scene([low, high]))[0, 1] == pytest.approx(exact, rel=1e-9 + 2 * x**4, abs=0)

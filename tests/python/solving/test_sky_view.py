@@ -1,5 +1,7 @@
 """Sky-view factors, of both definitions, against closed forms."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,50 @@ def test_progress_goes_on_from_part_to_part():
 def test_arguments_are_checked(options, message):
     with pytest.raises(ValueError, match=message):
         sf.sky_view_factor(**({"scene": tilted(0.0)} | options))
+
+
+def uneven_plane(noise, seed, count=3000, apart=0.0):
+    """A level square, sampled evenly, with noise and every other point higher by so much, in spacings."""
+    side = int(np.sqrt(count))
+    random = np.random.default_rng(seed)
+    xy = (np.indices((side, side)).reshape(2, -1).T + random.uniform(0.15, 0.85, (side * side, 2))) / side
+    z = noise * random.normal(size=len(xy)) + apart * random.integers(0, 2, len(xy))
+    inside = (np.abs(xy - 0.5) < 0.35).all(axis=1)
+    return sf.Surfels(np.c_[xy, z / side], viewpoint=[0.5, 0.5, 9.0]), inside
+
+
+def told(function, *arguments, **options):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        return function(*arguments, **options), [w for w in said if "are backs of others close by" in str(w.message)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("noise", "apart", "share"), [(0.5, 0.0, 0.9), (1.0, 0.0, 0.8), (0.0, 1.0, 0.95)])
+def test_noise_and_strips_apart_that_hide_the_sky_are_told(seed, noise, apart, share):
+    """Of an open level plane, which sees all of it; and in the way of paths as of rays."""
+    surfels, inside = uneven_plane(noise, seed, apart=apart)
+    view, said = told(sf.sky_view_factor, surfels)
+    assert view[inside].mean() < share
+    assert len(said) == 1
+    thinned = surfels.thinned(len(surfels) // 4)
+    middle = (np.abs(thinned.points[:, :2] - 0.5) < 0.35).all(axis=1)
+    assert told(sf.sky_view_factor, thinned)[0][middle].mean() > view[inside].mean() + 0.03
+    some = np.flatnonzero(inside)[:50]
+    scene = sf.Scene([surfels], [sf.Environment(1.0)])
+    (found, _), said = told(sf.reference_irradiance, scene, surfels.points[some], surfels.normals[some], 16)
+    assert found.mean() < share * np.pi + 0.1
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_surfaces_and_backs_far_away_are_no_noise(seed):
+    """Roofs alone, whose backs the ground sees, as of airborne tiles; and meshes."""
+    smooth, inside = uneven_plane(0.05, seed)
+    roof = uneven_plane(0.05, seed)[0].points * [0.4, 0.4, 1.0] + [0.3, 0.3, 0.3]
+    roofed = sf.Surfels(np.vstack([smooth.points, roof]), np.tile([0.0, 0.0, 1.0], (len(smooth) + len(roof), 1)))
+    view, said = told(sf.sky_view_factor, smooth)
+    assert said == []
+    assert view[inside].mean() > 0.99
+    assert told(sf.sky_view_factor, roofed)[1] == []
+    assert told(sf.sky_view_factor, canyon()[0])[1] == []

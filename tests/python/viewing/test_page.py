@@ -276,6 +276,19 @@ def test_numbers_that_are_unknown_have_no_colour():
     assert (np.frombuffer(data, np.uint32, count, first) == 0xFFD3D3D3).all()
 
 
+def test_arrays_of_others_have_no_unit_and_lamps_no_part_in_them():
+    floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.1)
+    lamp = sf.AreaLight([-0.25, -0.25, 0.5], [0, 0.5, 0], [0.5, 0, 0], 10.0)
+    solution = sf.solve(sf.Scene([floor], [lamp]), insert=False)
+    given = {"kWh": np.full((len(floor), 3), 950.0)}
+    about, data = sf.Page(solution, colors=["irradiance", "kWh"], values=given)._data()
+    own, others = about["colors"]
+    assert (own["label"], own["unit"]) == ("irradiance H", "W/m2")
+    assert (others["label"], others["unit"], others["white"]) == ("kWh", "", 950.0)
+    seen = [np.frombuffer(data, np.uint32, count, first)[-1] for _, first, count in (own["data"], others["data"])]
+    assert seen == [packed_light(np.full((1, 3), light))[0] for light in (10.0 / own["white"], 1.0)]
+
+
 def test_a_name_that_is_no_text_can_be_its_title(tmp_path):
     path = sf.Page(pair(), title="\udcff</title><script>").save(tmp_path / "a.html")
     assert "<title>?&lt;/title&gt;&lt;script&gt;</title>" in path.read_text("utf-8")

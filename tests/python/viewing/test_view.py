@@ -10,6 +10,7 @@ from surflux.drawing.colors import member_colors
 from surflux.viewing.properties import names_of
 from surflux.viewing.subject import Subject
 from surflux.viewing.window import INSERTED, SceneView
+from surflux.viewing.words import caption
 
 SIZE = (600, 600)
 # Looking down from 4: 150 pixels make one unit at z = 0.
@@ -138,6 +139,13 @@ def test_every_colour_that_there_is_can_be_shown(window, lit):
     assert view.color == "mistake"
     different = {image.tobytes() for image in seen.values()}
     assert len(different) == len(names)
+
+
+def test_arrays_of_others_have_no_unit(window, lit):
+    view = window(lit, color="kWh", values={"kWh": np.full((len(lit.surfels), 3), 950.0)})
+    assert caption(view, view.shown()).startswith("kWh; white is 950\n")
+    view.set_color("irradiance")
+    assert caption(view, view.shown()).splitlines()[0].endswith(" W/m2")
 
 
 def test_objects_groups_and_the_cut_have_a_colour_each(window, lit):

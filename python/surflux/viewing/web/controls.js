@@ -78,8 +78,8 @@ function start() {
   };
 
   function note() {
-    const { label, white, turns } = scene.colors[look.color];
-    const said = white ? [label, `white is ${(white / look.exposure).toPrecision(3)} ${scene.unit}`] : [label];
+    const { label, white, unit, turns } = scene.colors[look.color];
+    const said = white ? [label, `white is ${(white / look.exposure).toPrecision(3)} ${unit}`.trim()] : [label];
     if (turns) said.push(`turned by ${Number(look.turn.toPrecision(4))}\u00b0`);
     find("note").textContent = said.join("; ");
     find("exposure").disabled = !white;

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// Where disks of several objects sample one surface (disk_overlap.h), they share it by the partition of unity that
+// effective areas are made of, as if all were of one object: the more points one has there, the larger its part. Each
+// disk counts as far as in its own object, and ends where it ends there, so that objects which adjoin keep their
+// border.
+//
+// Multiplies the shares of joined disks by the area that is left to each, over that which it has in its own object.
+// Areas of an object that fit the former, and better, are such parts already, as those of a slice of a cloud are, and
+// stay: their objects are returned, ascending. The scene has areas and spreads; of objects marked in `has_own_areas`
+// the areas are those of effective_areas().
+std::vector<std::uint32_t> take_joint_shares(const Scene& scene, const std::vector<char>& is_joined,
+                                             std::vector<double>& shares, const std::vector<char>& has_own_areas = {},
+                                             const Progress& progress = {});
+
+}  // namespace surflux
