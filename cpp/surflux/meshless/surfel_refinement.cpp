@@ -67,23 +67,31 @@ std::vector<int> SurfelRefinement::rays_for(const std::vector<std::uint32_t>& su
     return out;
 }
 
-// By what the finest functions on it differ by from coarser ones.
+// By what the finest functions on it differ by from coarser ones; where these have a part in it alone, as at the rim of
+// what was refined, by what coarser ones do, for the rest.
 bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     std::size_t finest = 0;
-    Rgb light, light_sent;
-    double off = 0.0, off_sent = 0.0;
+    MeshlessField::At light;
+    double off = 0.0, off_sent = 0.0, coarser = 0.0, coarser_sent = 0.0, share = 0.0;
     bool any = false;
     means_.for_functions(surfel, [&](std::uint32_t j, double weight) {
         if (!oracle_.receivers.has(j)) return;
         any = true;
-        if (const std::size_t level = oracle_.basis.level_of(j); level > finest) finest = level, off = off_sent = 0.0;
+        if (const std::size_t level = oracle_.basis.level_of(j); level > finest) {
+            coarser = finest > 0 ? off + (1.0 - share) * coarser : 0.0;
+            coarser_sent = finest > 0 ? off_sent + (1.0 - share) * coarser_sent : 0.0;
+            finest = level, off = off_sent = share = 0.0;
+        }
         const Rgb& c = oracle_.field.coefficients[j];
         const Rgb c_sent = c - oracle_.field.direct[j];
-        light += weight * c, light_sent += weight * c_sent;
+        light.all += weight * c, light.direct += weight * oracle_.field.direct[j];
         off += weight * color_norm(c), off_sent += weight * color_norm(c_sent);
+        share += weight;
     });
     if (!any) return means_.outside(surfel) > 0.0;
-    const double all = color_norm(light), sent = color_norm(light_sent);
+    off += (1.0 - std::min(1.0, share)) * coarser, off_sent += (1.0 - std::min(1.0, share)) * coarser_sent;
+    light.clamp();
+    const double all = color_norm(light.all), sent = color_norm(light.all - light.direct);
     // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
     if (finest == 0) return false;
     const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(all);
