@@ -117,7 +117,7 @@ public:
 
     // As the camera sees it, by OpenGL: rows [top, top + rows) of it.
     py::dict image(const std::vector<EmitterArrays>& emitters, const CameraArrays& camera, std::size_t width,
-                   std::size_t height, std::size_t top, std::size_t rows, bool culling) const {
+                   std::size_t height, int samples, std::size_t top, std::size_t rows, bool culling) const {
         const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
         const Camera view = to_camera(camera);
         const MeshlessImage image = without_gil([&] {
@@ -127,8 +127,8 @@ public:
                 parted_ = std::make_unique<PartedSurfels>(*field_, scene_, *sight_);
             });
             const std::lock_guard<std::mutex> lock(image_mutex_);  // of what is found out about surfels on the way
-            return meshless_image(*field_, *drawn_, parted_.get(), scene_, lamps, view, width, height, {top, rows},
-                                  culling);
+            return meshless_image(*field_, *drawn_, parted_.get(), scene_, lamps, view, width, height, samples,
+                                  {top, rows}, culling);
         });
         py::dict out;
         out["all"] = to_pixels(image.all, image.height, width, 3);
@@ -308,7 +308,8 @@ void bind_meshless(py::module_& module) {
         .def("at_surfels", &FieldOnScene::at_surfels, py::arg("points"), py::arg("normals"), py::arg("surfels"))
         .def("levels_at", &FieldOnScene::levels_at, py::arg("points"), py::arg("normals"), py::arg("surfels"))
         .def("image", &FieldOnScene::image, py::arg("emitters"), py::arg("camera"), py::arg("width"), py::arg("height"),
-             py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1), py::arg("culling") = true)
+             py::arg("samples") = 1, py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1),
+             py::arg("culling") = true)
         .def("functions", &FieldOnScene::functions);
     module.def("solve_meshless", &solve_scene, py::arg("scene"), py::arg("levels"), py::arg("radius"),
                py::arg("epsilon_e"), py::arg("epsilon_omega"), py::arg("rays"), py::arg("bounces"),

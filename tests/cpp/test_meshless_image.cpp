@@ -76,8 +76,10 @@ MeshlessField random_field(std::size_t levels, const Vec3& offset = {}, double l
 }
 
 MeshlessImage drawn(const MeshlessField& field, const Scene& scene, const Camera& camera, gl::Api api,
-                    std::size_t width = 160, std::size_t height = 120, const std::vector<VisibleEmitter>& lamps = {}) {
-    return meshless_image(field, DrawnFunctions(field), nullptr, scene, lamps, camera, width, height, {}, true, api);
+                    std::size_t width = 160, std::size_t height = 120, const std::vector<VisibleEmitter>& lamps = {},
+                    int samples = 1) {
+    const DrawnFunctions functions(field);
+    return meshless_image(field, functions, nullptr, scene, lamps, camera, width, height, samples, {}, true, api);
 }
 
 std::size_t pixels_of(const MeshlessImage& image) {
@@ -283,7 +285,69 @@ TEST_P(MeshlessPicture, KnowsWhatItSees) {
     EXPECT_GT(nothing, 50u);
 }
 
+// In dB, of the means over the subpixels of pixels.
+double decibels_of_pixels(const MeshlessImage& image, const MeshlessImage& exact, std::size_t side) {
+    double peak = 0.0, sum = 0.0;
+    const std::size_t width = image.width / side, height = image.height / side;
+    for (std::size_t p = 0; p < width * height; ++p) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            double off = 0.0, all = 0.0;
+            for (std::size_t k = 0; k < side * side; ++k) {
+                const std::size_t x = p % width * side + k % side, y = p / width * side + k / side;
+                const std::size_t at = 3 * (y * image.width + x) + c;
+                all += static_cast<double>(exact.all[at]);
+                off += static_cast<double>(image.all[at] - exact.all[at]);
+            }
+            peak = std::max(peak, all);
+            sum += off * off;
+        }
+    }
+    return 10.0 * std::log10(peak * peak * 3.0 * static_cast<double>(width * height) / std::max(sum, 1e-300));
+}
+
+TEST_P(MeshlessPicture, SubpixelsOfOneSurfaceHaveOneLight) {
+    const Scene scene = ball_and_square();
+    const MeshlessField field = random_field(3);
+    for (const int samples : {2, 3}) {
+        const auto side = static_cast<std::size_t>(samples);
+        const std::size_t width = 160 * side, height = 120 * side;
+        const MeshlessImage exact = drawn(field, scene, front, GetParam(), width, height);
+        const MeshlessImage image = drawn(field, scene, front, GetParam(), width, height, {}, samples);
+        EXPECT_EQ(image.index, exact.index);
+        EXPECT_EQ(image.depth, exact.depth);
+        EXPECT_EQ(image.normal, exact.normal);
+        EXPECT_GT(decibels_of_pixels(image, exact, side), 55.0);
+        std::size_t same = 0, edges = 0;
+        for (std::size_t p = 0; p < 160 * 120; ++p) {
+            bool one = true, is_edge = false;
+            const std::size_t first = p / 160 * side * width + p % 160 * side;
+            for (std::size_t k = 0; k < side * side; ++k) {
+                const std::size_t at = first + k / side * width + k % side;
+                if (image.index[at] < 0) continue;
+                one &= image.index[first] >= 0 && image.all[3 * at] == image.all[3 * first];
+                is_edge |= image.index[first] >= 0 && scene.object[static_cast<std::size_t>(image.index[at])] !=
+                                                          scene.object[static_cast<std::size_t>(image.index[first])];
+            }
+            same += one;
+            edges += is_edge;
+            ASSERT_FALSE(one && is_edge);
+        }
+        EXPECT_GT(same, 160u * 120u * 9u / 10u);
+        EXPECT_GT(edges, 50u);
+    }
+}
+
+// Supports smaller than a pixel: light differs from subpixel to subpixel.
+TEST_P(MeshlessPicture, SubpixelsOfWhatIsFarAwayHaveTheirOwn) {
+    const Scene scene = ball_and_square();
+    const MeshlessField field = random_field(4);
+    const Camera far{{6, -16, 10}, {0, 0, 0.3}, {0, 0, 1}, 60.0};
+    const MeshlessImage exact = drawn(field, scene, far, GetParam(), 40, 30);
+    EXPECT_EQ(drawn(field, scene, far, GetParam(), 40, 30, {}, 2).all, exact.all);
+}
+
 TEST_P(MeshlessPicture, OfNothingIsEmpty) {
+    EXPECT_EQ(drawn({}, {}, front, GetParam(), 4, 4, {}, 2).index, std::vector<std::int32_t>(16, -1));
     const MeshlessImage image = drawn({}, {}, front, GetParam(), 5, 4);
     EXPECT_EQ(image.index, std::vector<std::int32_t>(20, -1));
     EXPECT_EQ(image.all, std::vector<float>(60, 0.0f));
@@ -330,6 +394,9 @@ TEST(MeshlessPictureArguments, AreRefusedByName) {
     EXPECT_NE(with(scene, front, 0).find("size: wanted 1 to 65536 pixels"), std::string::npos);
     EXPECT_NE(with(scene, front, 65536).find("size: this GL device draws at most"), std::string::npos);
     EXPECT_NE(with(scene, {{0, 0, 0}, {0, 0, 0}}, 8).find("target: wanted a point"), std::string::npos);
+    const auto subpixels = [&] { drawn(field, scene, front, gl::requested_api(), 9, 8, {}, 2); };
+    EXPECT_NE(refusal(subpixels).find("samples: wanted one that sizes and rows are multiples of, got 2"),
+              std::string::npos);
     Scene without = scene;
     without.object.clear();
     EXPECT_NE(with(without, front, 8).find("scene: wanted one object for each of 409 surfels, got 0"),

@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/level_light.h"
+#include "surflux/render/light_pixels.h"
 #include "surflux/render/meshless_shaders.h"
 #include "surflux/render/seen_places.h"
+#include "surflux/render/seen_supports.h"
 #include "surflux/render/seen_tiles.h"
 #include "surflux/render/surface_pass.h"
 
@@ -19,26 +21,18 @@ namespace surflux {
 
 namespace {
 
-// As the shaders read it (std430).
-struct Function {
-    float center[3], shrink;  // 1 / r^2
-    float normal[3], object;
-    float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
-    float direct[3], filler;
-    float value[3], gathered;  // MeshlessField::values, 0 and 0 of those without
-    float direct_value[3], another_filler;
-    float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
-    float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
-};
-
 // What the passes leave.
 struct Raw {
     std::vector<float> surface;      // depth, normal in the camera's frame
     std::vector<float> place;        // relative to the origin, and object
     std::vector<float> normal;       // in the camera's frame
     std::vector<std::int32_t> seen;  // surfel, group
-    std::vector<float> all, direct;  // 4 per pixel
+    std::unique_ptr<LightPixels> light;
+    std::vector<float> all, direct;  // 4 per pixel of `light`
 };
+
+// Where more subpixels than this want light of their own, as of a surface that is far off, all have it.
+constexpr double most_alone = 0.125;
 
 // The point of the box around all surfaces in the camera's frame that is nearest to the eye.
 Vec3 origin_of(const Surfels& surfels, const CameraFrame& frame) {
@@ -55,75 +49,6 @@ Vec3 origin_of(const Surfels& surfels, const CameraFrame& frame) {
     // A float's value, so that float32 and float64 know the same one.
     for (int axis = 0; axis < 3; ++axis) nearest[axis] = static_cast<float>(std::clamp(0.0, low[axis], high[axis]));
     return nearest;
-}
-
-// Bounds of x / z over a circle around (x, z), in pixels of `count`: all of them for one that reaches the plane of the
-// eye.
-std::pair<int, int> bounds(double x, double z, double radius, double near, double tan_half, int count) {
-    if (z - radius <= near) return {0, count};
-    const double tangent = std::sqrt(std::max(0.0, x * x + z * z - radius * radius));
-    const double scale = 1.0 / ((z - radius) * (z + radius) * tan_half);
-    const auto pixel = [&](double slope) { return 0.5 * count * (std::clamp(slope * scale, -1.0, 1.0) + 1.0); };
-    return {static_cast<int>(std::floor(pixel(x * z - radius * tangent))),
-            static_cast<int>(std::ceil(pixel(x * z + radius * tangent)))};
-}
-
-// The functions of a level that may speak where a pixel sees something, and where that is.
-std::vector<Function> in_view(const MeshlessField& field, const std::vector<std::uint32_t>& functions,
-                              const CameraFrame& frame, const Vec3& origin, const DrawnView& view,
-                              const SeenTiles& tiles) {
-    const MultilevelBasis& basis = field.basis;
-    const auto near = static_cast<double>(view.near_depth), far = static_cast<double>(view.far_depth);
-    std::vector<Function> out(functions.size());
-    std::vector<char> seen(functions.size(), 0);
-    parallel_for(functions.size(), 1024, [&](std::size_t k) {
-        const std::uint32_t j = functions[k];
-        const Vec3 center = frame.to_camera(basis.position(j));
-        const double radius = basis.radius(j), reach = 1.0001 * radius;
-        if (center.z + reach <= 0.0) return;
-        const auto [left, right] = bounds(center.x, center.z, reach, near, static_cast<double>(view.tan_x), view.width);
-        auto [top, bottom] = bounds(center.y, center.z, reach, near, static_cast<double>(view.tan_y), view.height);
-        top = std::max(top, view.top) - view.top;
-        bottom = std::min(bottom, view.top + view.rows) - view.top;
-        Function& f = out[k];
-        store(f.center, center - origin);
-        store(f.normal, frame.turn(basis.normal(j)));
-        f.object = static_cast<float>(basis.object(j));
-        const SeenTiles::Rectangle part =
-            tiles.part({left, top, right, bottom}, f.center, static_cast<float>(reach), f.normal, f.object);
-        if (part.empty()) return;
-        seen[k] = 1;
-        const auto square = static_cast<float>(radius * radius);
-        f.shrink = std::min(1.0f / square, std::numeric_limits<float>::max());
-        store(f.all, field.coefficients[j]);
-        store(f.direct, field.direct[j]);
-        if (field.gathered[j]) {
-            store(f.value, field.values[j].all);
-            store(f.direct_value, field.values[j].direct);
-            f.gathered = 1.0f;
-        }
-        f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
-        const auto width = static_cast<float>(view.width), height = static_cast<float>(view.rows);
-        for (float (&cut)[4] : f.cuts) cut[0] = cut[1] = cut[2] = 0.0f, cut[3] = -1.0f;
-        std::size_t cuts = 0;
-        for (const SupportCut& cut : basis.cuts(j)) {
-            // By how far the function's point is within it, which is small where coordinates are not.
-            const Vec3 normal = frame.turn(cut.normal);
-            const double within = dot(cut.normal, basis.position(j)) - cut.offset;
-            store(f.cuts[cuts], normal);
-            f.cuts[cuts++][3] = static_cast<float>(dot(normal, center - origin) - within);
-            if (cuts == 2) break;
-        }
-        f.corners[0] = 2.0f * static_cast<float>(part.left) / width - 1.0f;
-        f.corners[1] = 2.0f * static_cast<float>(part.top) / height - 1.0f;
-        f.corners[2] = 2.0f * static_cast<float>(part.right) / width - 1.0f;
-        f.corners[3] = 2.0f * static_cast<float>(part.bottom) / height - 1.0f;
-    });
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < out.size(); ++k)
-        if (seen[k]) out[count++] = out[k];
-    out.resize(count);
-    return out;
 }
 
 struct Passes {
@@ -171,13 +96,20 @@ struct Passes {
     };
 
     // Level by level, each from one image into the other. Returns the one that has all.
-    const Image& add_levels(const SurfacePass& visibility, const gl::Texture& place, const gl::Texture& facing,
-                            const SeenTiles& tiles, const std::array<Image, 2>& images) const {
+    const Image& add_levels(const LightPixels& light, const std::array<Image, 2>& images) const {
+        const SeenTiles tiles(light.places(), light.normals(), light.width(), light.height());
+        const gl::Texture place = texture(), facing = texture(),
+                          depth(gl, GL_DEPTH_COMPONENT32F, view.width, view.rows);
+        place.write(light.width(), light.height(), GL_RGBA, GL_FLOAT, light.places().data());
+        facing.write(light.width(), light.height(), GL_RGBA, GL_FLOAT, light.normals().data());
+        std::vector<float> depths = light.depths();
+        for (float& z : depths) z /= view.far_depth;
+        depth.write(light.width(), light.height(), GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
         const gl::Texture sum = texture(), values = texture(), squares(gl, GL_R32F, view.width, view.rows);
         const gl::Texture direct_sum = direct_texture(), direct_values = direct_texture();
         std::vector<const gl::Texture*> colors{&sum, &values, &squares};
         if (functions.direct) colors.insert(colors.end(), {&direct_sum, &direct_values});
-        const gl::Framebuffer sums(gl, colors, &visibility.depth);
+        const gl::Framebuffer sums(gl, colors, &depth);
         const gl::Program function_program =
             program(meshless_shaders::function_vertex, meshless_shaders::function_fragment);
         const gl::Program level_program = program(meshless_shaders::screen_vertex, meshless_shaders::level_fragment);
@@ -191,9 +123,10 @@ struct Passes {
         };
         std::size_t done = 0;
         for (std::size_t level = 0; level < functions.levels.size(); ++level) {
-            const std::vector<Function> seen = in_view(field, functions.levels[level], frame, origin, view, tiles);
+            const std::vector<DrawnSupport> seen =
+                seen_supports(field, functions.levels[level], frame, origin, view, tiles);
             if (seen.empty()) continue;
-            const DrawBatches<Function> batches(gl, seen);
+            const DrawBatches<DrawnSupport> batches(gl, seen);
             sums.bind();
             clear(colors.size());
             gl.Enable(GL_DEPTH_TEST);
@@ -226,45 +159,55 @@ struct Passes {
 };
 
 Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
-         const DrawnGeometry& geometry, const CameraFrame& frame, const Vec3& origin, const DrawnView& view) {
-    const GLsizei width = view.width, height = view.rows;
-    check_drawable(gl, width, height);
-    const Passes passes{gl, field, functions, frame, view, origin};
-    const SurfacePass visibility(gl, view, geometry.disks, geometry.triangles);
-
-    const gl::Texture place(gl, GL_RGBA32F, width, height), facing(gl, GL_RGBA32F, width, height);
-    const gl::Framebuffer seen(gl, {&place, &facing});
-    std::vector<std::int32_t> objects(scene.object.begin(), scene.object.end());
-    objects.resize(std::max<std::size_t>(objects.size(), 1), 0);
-    const gl::Buffer object_buffer(gl, objects);
-    const gl::Program place_program = passes.program(meshless_shaders::screen_vertex, meshless_shaders::place_fragment);
-    seen.bind();
-    gl.Disable(GL_DEPTH_TEST);
-    visibility.surface.bind(0);
-    visibility.seen.bind(1);
-    object_buffer.bind(1);
-    passes.use(place_program);
-    passes.whole_image();
-
+         const DrawnGeometry& geometry, const CameraFrame& frame, const Vec3& origin, const PixelGrid& grid, int top,
+         int rows, int samples) {
+    const DrawnView view(grid, top, rows, geometry.far_depth);
+    check_drawable(gl, view.width, view.rows);
     Raw raw;
-    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    const auto read = [&](const gl::Framebuffer& from, GLuint attachment) {
-        std::vector<float> out(4 * pixels);
+    const auto read = [](const gl::Framebuffer& from, GLuint attachment, int width, int height) {
+        std::vector<float> out(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
         from.read(attachment, width, height, GL_RGBA, GL_FLOAT, out.data());
         return out;
     };
-    raw.place = read(seen, 0);
-    raw.normal = read(seen, 1);
-    const SeenTiles tiles(raw.place, raw.normal, width, height);
+    {
+        const Passes passes{gl, field, functions, frame, view, origin};
+        const SurfacePass visibility(gl, view, geometry.disks, geometry.triangles);
+        const gl::Texture place = passes.texture(), facing = passes.texture();
+        const gl::Framebuffer seen(gl, {&place, &facing});
+        std::vector<std::int32_t> objects(scene.object.begin(), scene.object.end());
+        objects.resize(std::max<std::size_t>(objects.size(), 1), 0);
+        const gl::Buffer object_buffer(gl, objects);
+        const gl::Program place_program =
+            passes.program(meshless_shaders::screen_vertex, meshless_shaders::place_fragment);
+        seen.bind();
+        gl.Disable(GL_DEPTH_TEST);
+        visibility.surface.bind(0);
+        visibility.seen.bind(1);
+        object_buffer.bind(1);
+        passes.use(place_program);
+        passes.whole_image();
+        raw.place = read(seen, 0, view.width, view.rows);
+        raw.normal = read(seen, 1, view.width, view.rows);
+        raw.surface = read(visibility.target, 0, view.width, view.rows);
+        raw.seen.resize(raw.place.size() / 2);
+        visibility.target.read(1, view.width, view.rows, GL_RG_INTEGER, GL_INT, raw.seen.data());
+    }
 
-    gl.DepthMask(GL_FALSE);
-    const std::array<Passes::Image, 2> images{Passes::Image(passes), Passes::Image(passes)};
-    const Passes::Image& image = passes.add_levels(visibility, place, facing, tiles, images);
-    raw.surface = read(visibility.target, 0);
-    raw.all = read(image.target, 0);
-    if (functions.direct) raw.direct = read(image.target, 1);
-    raw.seen.resize(2 * pixels);
-    visibility.target.read(1, width, height, GL_RG_INTEGER, GL_INT, raw.seen.data());
+    const auto light_with = [&](int side) {
+        raw.light = std::make_unique<LightPixels>(raw.place, raw.normal, raw.surface, view.width, view.rows, side);
+        const PixelGrid pixels{grid.width / side, grid.height / side, grid.tan_x, grid.tan_y};
+        const DrawnView lit(pixels, top / side, rows / side, geometry.far_depth);
+        const Passes passes{gl, field, functions, frame, lit, origin};
+        gl.Viewport(0, 0, lit.width, lit.rows);
+        gl.DepthMask(GL_FALSE);
+        const std::array<Passes::Image, 2> images{Passes::Image(passes), Passes::Image(passes)};
+        const Passes::Image& image = passes.add_levels(*raw.light, images);
+        raw.all = read(image.target, 0, lit.width, lit.rows);
+        if (functions.direct) raw.direct = read(image.target, 1, lit.width, lit.rows);
+        raw.light->divide_where_uneven(raw.all);
+        return raw.light->share_alone() <= most_alone;
+    };
+    if (!light_with(samples)) light_with(1);
     return raw;
 }
 
@@ -302,24 +245,30 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
         const Vec3 turned = vec3_of(&raw.normal[4 * p]);
         const Vec3 normal = normalized(turned.x * frame.right + turned.y * frame.down + turned.z * frame.forward);
         store(&image.normal[3 * p], normal);
-        if (parted && parted->is_parted(static_cast<std::uint32_t>(surfel))) {
+        const auto at = static_cast<std::uint32_t>(surfel);
+        const bool alone = raw.light->is_alone(p), is_patch = parted && parted->is_patch(at);
+        image.parted[p] = parted && parted->is_parted(at);
+        if (image.parted[p] || (alone && is_patch)) {
             MeshlessField::At found;
-            image.parted[p] = 1;
-            image.hidden[p] = !parted->at(static_cast<std::uint32_t>(surfel), image.position[p], normal, found);
+            image.hidden[p] = !parted->at(at, image.position[p], normal, found);
             store(&image.all[3 * p], found.all);
             store(&image.direct[3 * p], found.direct);
             return;
         }
-        Rgb all = vec3_of(&raw.all[4 * p]), direct;
-        if (functions.direct) direct = vec3_of(&raw.direct[4 * p]);
+        const std::size_t lit = raw.light->pixel_of(p);
+        Rgb all = vec3_of(&raw.all[4 * lit]), direct;
+        if (functions.direct) direct = vec3_of(&raw.direct[4 * lit]);
         const std::uint32_t object = scene.object[surfel];
-        if (raw.all[4 * p + 3] == 0.0f && object < functions.coarsest.size() && functions.coarsest[object] >= 0) {
-            ++fallbacks;
-            if (parted && parted->is_patch(static_cast<std::uint32_t>(surfel))) {
-                image.hidden[p] = 1;  // the nearest function may be behind a wall
-                return;
-            }
-            const MeshlessField::At found = field.at(image.position[p], normal, object);
+        const bool is_known = object < functions.coarsest.size() && functions.coarsest[object] >= 0;
+        const bool is_uncovered = is_known && !alone && raw.all[4 * lit + 3] == 0.0f;
+        if (is_uncovered) ++fallbacks;
+        if (is_uncovered && is_patch) {
+            image.hidden[p] = 1;  // the nearest function may be behind a wall
+            return;
+        }
+        if (is_uncovered || alone) {
+            const MeshlessField::At found =
+                is_known ? field.at(image.position[p], normal, object) : MeshlessField::At{};
             all = found.all;
             direct = found.direct;
         }
@@ -339,10 +288,14 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
 
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, PartedSurfels* parted,
                              const Scene& scene, const std::vector<VisibleEmitter>& emitters, const Camera& camera,
-                             std::size_t width, std::size_t height, const ImageRows& rows, bool culling, gl::Api api) {
+                             std::size_t width, std::size_t height, int samples, const ImageRows& rows, bool culling,
+                             gl::Api api) {
     require(width >= 1 && height >= 1 && width <= 65536 && height <= 65536,
             "size: wanted 1 to 65536 pixels a side, got ", width, " x ", height);
     const std::size_t count = rows.within(height);
+    const auto side = static_cast<std::size_t>(samples);
+    require(samples >= 1 && width % side == 0 && height % side == 0 && rows.first % side == 0 && count % side == 0,
+            "samples: wanted one that sizes and rows are multiples of, got ", samples);
     require(scene.object.size() == scene.surfels.size(), "scene: wanted one object for each of ", scene.surfels.size(),
             " surfels, got ", scene.object.size());
     const CameraFrame frame = frame_of(camera);
@@ -354,11 +307,11 @@ MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& f
     drawing.kernels = false;
     drawing.culling = culling;
     const DrawnGeometry geometry = drawn_geometry(scene.surfels, objects, emitters, frame, grid, drawing);
-    const DrawnView view(grid, static_cast<int>(rows.first), static_cast<int>(count), geometry.far_depth);
     Raw raw;
     gl::run_pass(
         [&](const gl::Context& context) {
-            raw = draw(context.gl, field, functions, scene, geometry, frame, origin, view);
+            raw = draw(context.gl, field, functions, scene, geometry, frame, origin, grid, static_cast<int>(rows.first),
+                       static_cast<int>(count), samples);
         },
         api);
     if (parted) {

@@ -15,7 +15,7 @@
 
 namespace surflux {
 
-// Rows from the top, one sample a pixel, in the middle of it.
+// Rows from the top, of subpixels, one sample in the middle of each.
 struct MeshlessImage {
     std::size_t width = 0, height = 0;
     std::vector<float> all, direct;    // 3 per pixel: irradiance in the basis, and the part of it that is direct light
@@ -33,10 +33,12 @@ struct MeshlessImage {
 // LevelLight makes of them added to the image. Where none covers the coarsest level the nearest function speaks, as in
 // MultilevelBasis::at_level: those few pixels are evaluated on the CPU, as are those on surfels that walls part from
 // some functions (nullptr: from none). Throws ArgumentError, and DeviceError where there is no GL. The image has the
-// height of the rows drawn. culling: else surfaces are seen from behind, too, in the light of their fronts.
+// height of the rows drawn. samples: subpixels a side of a pixel, over which light is one where they see one smooth
+// piece of a surface (light_pixels.h); sizes and rows are multiples of it. culling: else surfaces are seen from behind,
+// too, in the light of their fronts.
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, PartedSurfels* parted,
                              const Scene& scene, const std::vector<VisibleEmitter>& emitters, const Camera& camera,
-                             std::size_t width, std::size_t height, const ImageRows& rows = {}, bool culling = true,
-                             gl::Api api = gl::requested_api());
+                             std::size_t width, std::size_t height, int samples, const ImageRows& rows = {},
+                             bool culling = true, gl::Api api = gl::requested_api());
 
 }  // namespace surflux

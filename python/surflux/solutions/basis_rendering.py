@@ -6,7 +6,7 @@ from surflux.solutions.subpixels import in_bands
 
 
 def basis_layers(field, surfels, lamps, view, names, splat, progress, colors):
-    """The layers of Solution.render, with the basis evaluated at every subpixel, band by band.
+    """The layers of Solution.render, with light from the basis for every subpixel, band by band.
 
     Args:
         field: BasisField.
@@ -28,7 +28,7 @@ def _layers(field, lamps, view, names, splat, band, colors, surfels):
     layers = [(exitance / np.pi, True), (rho, False)]
     if field.emitted is not None:
         layers.append((rho * field.emitted / np.pi, False))
-    seen = field.basis.image(lamps, view.camera, *band.fine, **band.part, culling=view.culling)
+    seen = field.basis.image(lamps, view.camera, *band.fine, view.samples, **band.part, culling=view.culling)
     if seen["hidden"].any():
         _fill_hidden(field, seen)
     drawn = splat(layers, band.fine, 1, None, **band.part)

@@ -132,9 +132,15 @@ def test_indirect_light_is_reflectance_times_the_basis(solution):
 
 
 def test_subpixels_are_averaged(solution):
-    fine = solution.render(size=(120, 90), samples=1)
-    mean = fine.reshape(30, 3, 40, 3, 3).mean(axis=(1, 3))
-    np.testing.assert_allclose(solution.render(size=(40, 30), samples=3), mean, rtol=1e-4, atol=1e-6)
+    """Colours and edges of each, light once where they see one surface."""
+    fine = solution.render(size=(480, 360), samples=1, layers=True)
+    found = solution.render(size=(160, 120), samples=3, layers=True)
+    mean = {name: fine[name].reshape(120, 3, 160, 3, -1).mean(axis=(1, 3)).squeeze() for name in found}
+    for name in ("albedo", "alpha", "direct"):
+        np.testing.assert_allclose(found[name], mean[name], rtol=1e-4, atol=1e-6, err_msg=name)
+    peak = mean["indirect"].max()
+    assert decibels(found["indirect"], mean["indirect"], peak) > 65
+    assert np.abs(found["indirect"] - mean["indirect"]).max() < 0.03 * peak
 
 
 def test_traced_direct_light_has_sharp_shadows(scene, solution):

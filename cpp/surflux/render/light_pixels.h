@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace surflux {
+
+// Where the light of a picture of subpixels is evaluated: once for those of a pixel that see one smooth piece of a
+// surface, in the middle of them, and anew for each other; and for each where it changes fast from pixel to pixel.
+// Colours, edges and depths are of subpixels still.
+class LightPixels {
+public:
+    // places, normals: by subpixel, 4 numbers each: place and object (below 0: nothing), and normal. depths: 4 numbers
+    // each, of which the first counts. samples: subpixels a side of a pixel, which width and height are multiples of.
+    LightPixels(const std::vector<float>& places, const std::vector<float>& normals, const std::vector<float>& depths,
+                int width, int height, int samples);
+
+    int width() const { return static_cast<int>(width_); }  // pixels
+    int height() const { return static_cast<int>(height_); }
+    int samples() const { return static_cast<int>(samples_); }
+    // By pixel, as of subpixels.
+    const std::vector<float>& places() const { return places_; }
+    const std::vector<float>& normals() const { return normals_; }
+    // Of the farthest of them; 0 where nothing is seen.
+    const std::vector<float>& depths() const { return depths_; }
+
+    // light: of pixels, 4 numbers each, of which 3 count.
+    void divide_where_uneven(const std::vector<float>& light);
+
+    std::size_t pixel_of(std::size_t subpixel) const {
+        const std::size_t fine = width_ * samples_;
+        return subpixel / fine / samples_ * width_ + subpixel % fine / samples_;
+    }
+    // Has a subpixel light of its own?
+    bool is_alone(std::size_t subpixel) const { return alone_[subpixel] != 0; }
+    // Of the subpixels that see a surface.
+    double share_alone() const;
+
+private:
+    std::size_t subpixel(std::size_t pixel, std::size_t k) const {
+        const std::size_t y = pixel / width_ * samples_ + k / samples_, x = pixel % width_ * samples_ + k % samples_;
+        return y * width_ * samples_ + x;
+    }
+
+    std::size_t width_, height_, samples_;
+    std::vector<float> places_, normals_, depths_;
+    std::vector<char> seen_, alone_;  // by subpixel
+};
+
+}  // namespace surflux
