@@ -8,7 +8,6 @@
 #include "shapes.h"
 #include "surflux/core/random.h"
 #include "surflux/render/meshless_image.h"
-#include "surflux/render/seen_tiles.h"
 
 namespace surflux {
 namespace {
@@ -337,13 +336,26 @@ TEST_P(MeshlessPicture, SubpixelsOfOneSurfaceHaveOneLight) {
     }
 }
 
-// Supports smaller than a pixel: light differs from subpixel to subpixel.
-TEST_P(MeshlessPicture, SubpixelsOfWhatIsFarAwayHaveTheirOwn) {
+// A line of light that is narrower than a pixel: between the middles of two it was lost.
+TEST_P(MeshlessPicture, LightNarrowerThanAPixelIsSeen) {
     const Scene scene = ball_and_square();
-    const MeshlessField field = random_field(4);
-    const Camera far{{6, -16, 10}, {0, 0, 0.3}, {0, 0, 1}, 60.0};
-    const MeshlessImage exact = drawn(field, scene, far, GetParam(), 40, 30);
-    EXPECT_EQ(drawn(field, scene, far, GetParam(), 40, 30, {}, 2).all, exact.all);
+    MeshlessField field = random_field(1);
+    std::vector<Vec3> positions;
+    for (int k = -500; k <= 500; ++k)
+        for (int row = -1; row <= 1; ++row) positions.push_back({0.003 * k + 0.001 * row, -1.5 + 0.004 * row, 0.0});
+    const std::vector<Vec3> up(positions.size(), {0, 0, 1});
+    field.basis.add_level(positions, up, std::vector<std::uint32_t>(positions.size(), 1), {10, far_off});
+    for (const Vec3& p : positions) {
+        const Rgb value = p.y == -1.5 ? Rgb{9, 9, 9} : Rgb{};
+        field.coefficients.push_back(value), field.direct.push_back({}), field.gathered.push_back(true);
+        field.values.push_back({Rgb{1, 1, 1} + value, {}});
+    }
+    for (const std::size_t side : {2u, 4u}) {
+        const std::size_t width = 160 * side, height = 120 * side;
+        const MeshlessImage exact = drawn(field, scene, front, GetParam(), width, height);
+        const MeshlessImage image = drawn(field, scene, front, GetParam(), width, height, {}, static_cast<int>(side));
+        EXPECT_GT(decibels_of_pixels(image, exact, side), 75.0) << side;
+    }
 }
 
 TEST_P(MeshlessPicture, OfNothingIsEmpty) {
@@ -351,38 +363,6 @@ TEST_P(MeshlessPicture, OfNothingIsEmpty) {
     const MeshlessImage image = drawn({}, {}, front, GetParam(), 5, 4);
     EXPECT_EQ(image.index, std::vector<std::int32_t>(20, -1));
     EXPECT_EQ(image.all, std::vector<float>(60, 0.0f));
-}
-
-// 64 x 32 pixels, a pixel of 1 x 1 each: on the left object 0, facing up, on the right object 1, facing left, nothing
-// in the lowest row of tiles.
-TEST(SeenTiles, KnowWhereAFunctionMaySpeak) {
-    std::vector<float> places, normals;
-    for (int y = 0; y < 48; ++y)
-        for (int x = 0; x < 64; ++x) {
-            const bool left = x < 32;
-            places.insert(places.end(), {static_cast<float>(x), static_cast<float>(y), 0.0f,
-                                         y >= 32 ? -1.0f
-                                         : left  ? 0.0f
-                                                 : 1.0f});
-            normals.insert(normals.end(), {left ? 0.0f : -1.0f, 0.0f, left ? 1.0f : 0.0f, 0.0f});
-        }
-    const SeenTiles tiles(places, normals, 64, 48);
-    const SeenTiles::Rectangle whole{0, 0, 64, 48};
-    const float up[3] = {0, 0, 1}, left[3] = {-1, 0, 0}, down[3] = {0, 0, -1}, center[3] = {20, 8, 3};
-    const auto expect = [&](const SeenTiles::Rectangle& found, int l, int t, int r, int b) {
-        EXPECT_EQ((std::vector<int>{found.left, found.top, found.right, found.bottom}), (std::vector<int>{l, t, r, b}));
-    };
-    expect(tiles.part(whole, center, 4.5f, up, 0.0f), 16, 0, 32, 16);
-    expect(tiles.part(whole, center, 9.0f, up, 0.0f), 0, 0, 32, 32);
-    expect(tiles.part({18, 3, 40, 10}, center, 9.0f, up, 0.0f), 18, 3, 32, 10);
-    expect(tiles.part(whole, center, 13.0f, left, 1.0f), 32, 0, 48, 16);
-    EXPECT_TRUE(tiles.part(whole, center, 2.9f, up, 0.0f).empty());    // floats above
-    EXPECT_TRUE(tiles.part(whole, center, 9.0f, down, 0.0f).empty());  // faces away
-    EXPECT_TRUE(tiles.part(whole, center, 9.0f, up, 1.0f).empty());    // another object
-    EXPECT_TRUE(tiles.part(whole, center, 9.0f, up, 2.0f).empty());
-    const float below[3] = {20, 46, 0};
-    EXPECT_TRUE(tiles.part(whole, below, 9.0f, up, 0.0f).empty());
-    EXPECT_TRUE(tiles.part({5, 5, 5, 9}, center, 9.0f, up, 0.0f).empty());
 }
 
 TEST(MeshlessPictureArguments, AreRefusedByName) {

@@ -6,14 +6,18 @@
 namespace surflux {
 
 // Where the light of a picture of subpixels is evaluated: once for those of a pixel that see one smooth piece of a
-// surface, in the middle of them, and anew for each other; and for each where it changes fast from pixel to pixel.
-// Colours, edges and depths are of subpixels still.
+// surface, in the middle of them, and anew for each other; and for each where light changes fast from pixel to pixel,
+// or may change within one. Colours, edges and depths are of subpixels still.
 class LightPixels {
 public:
     // places, normals: by subpixel, 4 numbers each: place and object (below 0: nothing), and normal. depths: 4 numbers
-    // each, of which the first counts. samples: subpixels a side of a pixel, which width and height are multiples of.
+    // each, of which the first counts. samples: subpixels a side of a pixel, which width and height are multiples of;
+    // pixel: its height at depth 1.
     LightPixels(const std::vector<float>& places, const std::vector<float>& normals, const std::vector<float>& depths,
-                int width, int height, int samples);
+                int width, int height, int samples, float pixel);
+    // Those subpixels that have light of their own, as pixels; of others nothing is seen. places and so on as before.
+    LightPixels alone(const std::vector<float>& places, const std::vector<float>& normals,
+                      const std::vector<float>& depths) const;
 
     int width() const { return static_cast<int>(width_); }  // pixels
     int height() const { return static_cast<int>(height_); }
@@ -26,6 +30,9 @@ public:
 
     // light: of pixels, 4 numbers each, of which 3 count.
     void divide_where_uneven(const std::vector<float>& light);
+    // fineness: of pixels, the last of 4 numbers each: 1 over the radius of supports, within which light changes
+    // little.
+    void divide_where_fine(const std::vector<float>& fineness);
 
     std::size_t pixel_of(std::size_t subpixel) const {
         const std::size_t fine = width_ * samples_;
@@ -42,8 +49,14 @@ private:
         return y * width_ * samples_ + x;
     }
 
+    void divide(std::size_t pixel) {
+        for (std::size_t k = 0; k < samples_ * samples_; ++k) alone_[subpixel(pixel, k)] = 1;
+    }
+
     std::size_t width_, height_, samples_;
     std::vector<float> places_, normals_, depths_;
+    std::vector<float> extents_;  // how far a pixel reaches over its piece
+    float pixel_;
     std::vector<char> seen_, alone_;  // by subpixel
 };
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <atomic>
 #include <limits>
-#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -27,12 +27,15 @@ struct Raw {
     std::vector<float> place;        // relative to the origin, and object
     std::vector<float> normal;       // in the camera's frame
     std::vector<std::int32_t> seen;  // surfel, group
-    std::unique_ptr<LightPixels> light;
-    std::vector<float> all, direct;  // 4 per pixel of `light`
+    struct Light {
+        LightPixels pixels;
+        std::vector<float> all, direct;  // 4 for each of them
+    };
+    std::optional<Light> once;   // a pixel
+    std::optional<Light> alone;  // of subpixels that have light of their own; none: they are few, and on the CPU
 };
 
-// Where more subpixels than this want light of their own, as of a surface that is far off, all have it.
-constexpr double most_alone = 0.125;
+constexpr double few_alone = 0.03;  // of all that see a surface
 
 // The point of the box around all surfaces in the camera's frame that is nearest to the eye.
 Vec3 origin_of(const Surfels& surfels, const CameraFrame& frame) {
@@ -105,7 +108,7 @@ struct Passes {
         std::vector<float> depths = light.depths();
         for (float& z : depths) z /= view.far_depth;
         depth.write(light.width(), light.height(), GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
-        const gl::Texture sum = texture(), values = texture(), squares(gl, GL_R32F, view.width, view.rows);
+        const gl::Texture sum = texture(), values = texture(), squares(gl, GL_RG32F, view.width, view.rows);
         const gl::Texture direct_sum = direct_texture(), direct_values = direct_texture();
         std::vector<const gl::Texture*> colors{&sum, &values, &squares};
         if (functions.direct) colors.insert(colors.end(), {&direct_sum, &direct_values});
@@ -193,21 +196,26 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
         visibility.target.read(1, view.width, view.rows, GL_RG_INTEGER, GL_INT, raw.seen.data());
     }
 
-    const auto light_with = [&](int side) {
-        raw.light = std::make_unique<LightPixels>(raw.place, raw.normal, raw.surface, view.width, view.rows, side);
-        const PixelGrid pixels{grid.width / side, grid.height / side, grid.tan_x, grid.tan_y};
-        const DrawnView lit(pixels, top / side, rows / side, geometry.far_depth);
+    gl.DepthMask(GL_FALSE);
+    const auto light_of = [&](LightPixels pixels) {
+        const int side = view.width / pixels.width();
+        const PixelGrid coarser{grid.width / side, grid.height / side, grid.tan_x, grid.tan_y};
+        const DrawnView lit(coarser, top / side, rows / side, geometry.far_depth);
         const Passes passes{gl, field, functions, frame, lit, origin};
         gl.Viewport(0, 0, lit.width, lit.rows);
-        gl.DepthMask(GL_FALSE);
         const std::array<Passes::Image, 2> images{Passes::Image(passes), Passes::Image(passes)};
-        const Passes::Image& image = passes.add_levels(*raw.light, images);
-        raw.all = read(image.target, 0, lit.width, lit.rows);
-        if (functions.direct) raw.direct = read(image.target, 1, lit.width, lit.rows);
-        raw.light->divide_where_uneven(raw.all);
-        return raw.light->share_alone() <= most_alone;
+        const Passes::Image& image = passes.add_levels(pixels, images);
+        Raw::Light light{std::move(pixels), read(image.target, 0, lit.width, lit.rows), {}};
+        if (functions.direct) light.direct = read(image.target, 1, lit.width, lit.rows);
+        return light;
     };
-    if (!light_with(samples)) light_with(1);
+    const auto pixel = static_cast<float>(2.0 * grid.tan_y * samples / grid.height);
+    raw.once = light_of({raw.place, raw.normal, raw.surface, view.width, view.rows, samples, pixel});
+    LightPixels& pixels = raw.once->pixels;
+    pixels.divide_where_fine(raw.once->all);
+    pixels.divide_where_uneven(raw.once->all);
+    if (functions.direct) pixels.divide_where_uneven(raw.once->direct);
+    if (pixels.share_alone() > few_alone) raw.alone = light_of(pixels.alone(raw.place, raw.normal, raw.surface));
     return raw;
 }
 
@@ -246,39 +254,26 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
         const Vec3 normal = normalized(turned.x * frame.right + turned.y * frame.down + turned.z * frame.forward);
         store(&image.normal[3 * p], normal);
         const auto at = static_cast<std::uint32_t>(surfel);
-        const bool alone = raw.light->is_alone(p), is_patch = parted && parted->is_patch(at);
-        image.parted[p] = parted && parted->is_parted(at);
-        if (image.parted[p] || (alone && is_patch)) {
-            MeshlessField::At found;
-            image.hidden[p] = !parted->at(at, image.position[p], normal, found);
-            store(&image.all[3 * p], found.all);
-            store(&image.direct[3 * p], found.direct);
-            return;
-        }
-        const std::size_t lit = raw.light->pixel_of(p);
-        Rgb all = vec3_of(&raw.all[4 * lit]), direct;
-        if (functions.direct) direct = vec3_of(&raw.direct[4 * lit]);
         const std::uint32_t object = scene.object[surfel];
+        const bool is_alone = raw.once->pixels.is_alone(p), is_patch = parted && parted->is_patch(at);
+        const Raw::Light* light = !is_alone ? &*raw.once : raw.alone ? &*raw.alone : nullptr;
+        const std::size_t lit = light ? 4 * light->pixels.pixel_of(p) : 0;
         const bool is_known = object < functions.coarsest.size() && functions.coarsest[object] >= 0;
-        const bool is_uncovered = is_known && !alone && raw.all[4 * lit + 3] == 0.0f;
-        if (is_uncovered) ++fallbacks;
-        if (is_uncovered && is_patch) {
-            image.hidden[p] = 1;  // the nearest function may be behind a wall
-            return;
+        const bool is_uncovered = light && is_known && light->all[lit + 3] == 0.0f;
+        image.parted[p] = parted && parted->is_parted(at);
+        if (is_uncovered && !image.parted[p]) ++fallbacks;
+        MeshlessField::At found;
+        if (image.parted[p] || (is_patch && (!light || is_uncovered))) {
+            image.hidden[p] = !parted->at(at, image.position[p], normal, found);  // the nearest may be behind a wall
+        } else if (!light || is_uncovered) {
+            if (is_known) found = field.at(image.position[p], normal, object);
+        } else {
+            found.all = vec3_of(&light->all[lit]);
+            if (functions.direct) found.direct = vec3_of(&light->direct[lit]);
+            found.clamp();
         }
-        if (is_uncovered || alone) {
-            const MeshlessField::At found =
-                is_known ? field.at(image.position[p], normal, object) : MeshlessField::At{};
-            all = found.all;
-            direct = found.direct;
-        }
-        // As MeshlessField::at has it.
-        for (int c = 0; c < 3; ++c) {
-            all[c] = std::max(0.0, all[c]);
-            direct[c] = std::clamp(direct[c], 0.0, all[c]);
-        }
-        store(&image.all[3 * p], all);
-        store(&image.direct[3 * p], direct);
+        store(&image.all[3 * p], found.all);
+        store(&image.direct[3 * p], found.direct);
     });
     image.fallbacks = fallbacks;
     return image;

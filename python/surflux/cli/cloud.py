@@ -13,7 +13,7 @@ from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, watched
 from surflux.cli.pictures import camera_of
 from surflux.pictures.framing import framing
-from surflux.pictures.inside import camera_inside, lies_around
+from surflux.pictures.inside import camera_inside, is_room_around, lies_around
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.depth_steps import without_steps
@@ -26,7 +26,7 @@ from surflux.points.standing import stands_along_y
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
-from surflux.scenes.studio import BACKDROP, clear_day, daylight, studio
+from surflux.scenes.studio import BACKDROP, clear_day, daylight, room_light, studio
 from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.lit_points import light_at_points, save_lit, spread
 
@@ -199,26 +199,28 @@ def lights_of_cloud(options, surfels, camera, what="cloud"):
     if options.light is None and np.any(surfels.emission):
         LOG.info("the %s shines by itself: no other light is added (--light studio, sun or sky)", what)
         return []
+    up = options.up or (0.0, 0.0, 1.0)
+    is_inside = is_room_around(surfels.points, camera.eye, up)
     is_terrain = options.light in (None, "sun") and is_terrain_of(surfels.points, options.up)
     if options.light is None:
         options.light = "sun" if is_terrain else "studio"
         said = {
             "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio or sky)",
-            "studio": f"a {what} has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
+            "studio": f"a {what} has no light: it gets a lamp {'above' if is_inside else 'behind'} the camera, and a sky "
+            "(--light sun or sky)",
         }
         LOG.info(said[options.light])
     if options.light == "sky":
         LOG.info("the %s is lit by a sky of radiance 1 from all sides", what)
         return [Environment(1.0)]
     if options.light == "sun":
-        up = options.up or (0.0, 0.0, 1.0)
         lights = [clear_day()] if is_terrain else daylight(camera, up)  # as of tiles, wherever the camera stands
         if len(lights) == 1:
             LOG.info("the light, z up and y north: %r", lights[0])
         else:
             LOG.info("the light: sun and sky of a clear day, with (%g, %g, %g) up (--up)", *up)
         return lights
-    return studio(surfels, camera)
+    return room_light(surfels, camera, up) if is_inside else studio(surfels, camera)
 
 
 def before_backdrop(options, solution):

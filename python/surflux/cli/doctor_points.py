@@ -27,7 +27,7 @@ CLASSES += ("overhead structure", "ignored ground", "snow", "temporal exclusion"
 _COARSE = 0.1  # spacings between two numbers that the file can tell apart
 _LIGHTS = {
     "sun": "sun and sky of a clear day, as of terrain (--light studio, sky)",
-    "studio": "a lamp behind the camera's left shoulder, and a sky (--light sun, sky)",
+    "studio": "a lamp behind the camera's left shoulder, in a room above the camera, and a sky (--light sun, sky)",
     None: "none but its own, for it shines by itself (--light studio, sun, sky)",
 }
 

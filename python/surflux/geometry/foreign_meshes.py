@@ -195,7 +195,7 @@ def _textured(visual, faces, colors, factors):
         elif diffuse is not None:
             looks["of_faces"] = of_faces(None, diffuse, WHITE)
     elif colors is None:
-        looks["of_faces"] = of_faces(image, WHITE * factor, WHITE)
+        looks["of_faces"] = of_faces(image, factor if image is None or places is None else WHITE * factor, WHITE)
     elif image is None or places is None:
         looks["reflectance"] = np.clip(factor * linear_reflectance(colors), 0.0, WHITE)
     else:

@@ -7,6 +7,7 @@ from surflux.pictures.camera import Camera
 _BANDS, _SECTORS = 12, 24  # of equal height and angle: cells of equal solid angle
 _AROUND = 0.6  # of the cells, that points in all directions fill at least
 _POINTS = 20_000  # looked at, at most
+_ABOVE = 4  # bands that a ceiling is in
 _LEVEL = 0.4  # sine of the angle over or under the horizon that is looked at
 _BESIDE = 2  # sectors on either side that a picture shows
 _FOV = 75.0
@@ -17,6 +18,22 @@ def lies_around(points, place):
     _, bands, sectors = _cells(points, place, (0.0, 0.0, 1.0))
     filled = len(np.unique(bands * _SECTORS + sectors))
     return filled >= _AROUND * _BANDS * _SECTORS
+
+
+def is_room_around(points, place, up):
+    """Whether points (n, 3) are seen in most directions from a place (3,), above it too: walls and a ceiling."""
+    if not lies_around(points, place):
+        return False
+    _, bands, sectors = _cells(points, place, up)
+    above = bands >= _BANDS - _ABOVE
+    return len(np.unique((bands * _SECTORS + sectors)[above])) >= _AROUND * _ABOVE * _SECTORS
+
+
+def clearance(points, place, up):
+    """How far above a place (3,) the nearest points (n, 3) are, but for a few; 0 where none are."""
+    distances, bands, _ = _cells(points, place, up)
+    above = distances[bands == _BANDS - 1]
+    return np.quantile(above, 0.1) if len(above) else 0.0
 
 
 def camera_inside(points, place, up):

@@ -152,7 +152,7 @@ class Surfels:
         triangles stay with it, through s[mask] and save, and occlude in place of the disk.
 
         Args:
-            mesh: path of a mesh file; a mesh of trimesh, pyvista, meshio (triangles, quads and polygons) or Open3D; or
+            mesh: path of a mesh file, whose axes stay as they are (of glTF y is up); a mesh of trimesh, pyvista, meshio (triangles, quads and polygons) or Open3D; or
                 (vertices (v, 3), faces), where faces are an integer array (f, k) or a list of corner lists.
             patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
                 make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
@@ -160,8 +160,8 @@ class Surfels:
                 with both sides of a wall in one patch, each would have light of the other.
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
                 mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98), or
-                for Kd of an OBJ file's materials, linear, and its map: the mean over each face, or over each patch
-                that a face is cut into; else 0.5.
+                for Kd of an OBJ file's materials and baseColorFactor of a glTF file's, linear, at most .98, and their
+                maps: the mean over each face, or over each patch that a face is cut into; else 0.5.
             emission: exitance in W/m2, the same shapes. None for what materials send: pi times Ke of OBJ
                 files, emissiveFactor of glTF times emissiveStrength, which files alone have; else 0.
             specular: the same shapes. exponent: one number, or one per face.

@@ -9,8 +9,10 @@ _WORD = "viewpoint"  # that begins a comment
 
 
 def comments_of(viewpoints):
-    """Lines of text, one for each scan: NaN where it is not known."""
+    """Lines of text, one for each scan: NaN where it is not known; none where all are not."""
     rows = rows_of_places(places_of(viewpoints))
+    if not np.any(np.isfinite(rows)):
+        return []
     return [f"{_WORD} {' '.join(repr(float(v)) for v in row)}" for row in rows]
 
 

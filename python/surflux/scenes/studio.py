@@ -1,7 +1,8 @@
-"""Light for what has none: a soft lamp over the camera's left shoulder and a sky, or the sun on a clear day."""
+"""Light for what has none: a soft lamp over the camera's left shoulder, or over it in a room, and a sky; or the sun."""
 
 import numpy as np
 
+from surflux.pictures.inside import clearance
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
 from surflux.scenes.sky import Sky
@@ -12,6 +13,7 @@ BACKDROP = 0.25  # display value, from 0 to 1, of what is seen behind: grey surf
 _KEY = 2.8  # irradiance of what faces the key light, in the middle
 _FROM = (-0.8, 0.9, -0.5)  # to the right, up and forward in the picture
 _FAR, _SIDE = 4.0, 2.0  # radii of a ball around the points: the lamp's distance, and its side
+_ROOM, _LAMP = 1.0, 0.2  # mean irradiance of a room without shadows; its lamp's side, over the way up to the ceiling
 _SUN_HIGH, _SUN_LEFT = 40.0, 60.0  # degrees: over the horizon, and left of the way back to the camera
 _SUN, _CLEAR = 800.0, 100.0  # W/m2 of the sun on what faces it, and of a clear sky on a level plane
 # Of a ground: its side, over the size of what stands on it; cells along that; the share of points beneath it.
@@ -33,6 +35,25 @@ def studio(surfels, camera):
     exitance = _KEY * np.pi * _FAR**2 / _SIDE**2
     corner = middle + _FAR * reach * towards - 0.5 * (u + v)
     return [Environment(_SKY), AreaLight(corner, u, v, exitance)]
+
+
+def room_light(surfels, camera, up):
+    """The lights of a room that the camera stands in: half way up to its ceiling a square that shines up and down, and
+    an Environment in its windows."""
+    up = np.asarray(up, np.float64) / np.linalg.norm(up)
+    far = clearance(surfels.points, camera.eye, up)
+    u = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    u *= _LAMP * far / np.linalg.norm(u)
+    v = np.cross(u, up)  # u x v faces down
+    place = camera.eye + 0.5 * far * up
+    to = surfels.points - place
+    squares = np.maximum(np.einsum("ij,ij->i", to, to), u @ u)
+    cosines = np.maximum(0.0, -np.einsum("ij,ij->i", to, surfels.normals)) * np.abs(to @ up)
+    areas = surfels.areas if np.any(surfels.areas) else np.ones(len(surfels))
+    per_exitance = np.average(cosines / squares**2, weights=areas) * (u @ u) / np.pi
+    exitance = _ROOM / max(per_exitance, 1e-300)
+    corner = place - 0.5 * (u + v)
+    return [Environment(_SKY), AreaLight(corner, u, v, exitance), AreaLight(corner, v, u, exitance)]
 
 
 def daylight(camera, up=(0.0, 0.0, 1.0)):

@@ -115,12 +115,11 @@ class DistantTransfer(Transfer):
         **rest: Any,
     ) -> Solution:
         """The Solution of what was found of 25 harmonics; seen: whose they are, or harmonics."""
-        smooth = Environment.from_harmonics(light, 32)
-        if not isinstance(seen, Environment):
-            seen = Environment.from_harmonics(light)
         given = self._reflectance(reflectance), self._bounces(bounces)
-        solution = self._solution([smooth], *given, irradiance, direct, **rest)
-        solution._environments = [seen]
+        if isinstance(seen, Environment):  # which estimates and rays that trace direct light have as it is
+            return self._solution([seen], *given, irradiance, direct, **rest)
+        solution = self._solution([Environment.from_harmonics(light, 32)], *given, irradiance, direct, **rest)
+        solution._environments = [Environment.from_harmonics(light)]
         return solution
 
     def _gloss(self, reflectance, specular, exponent):

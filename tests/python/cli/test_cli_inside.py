@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 from surflux.cli.commands import main
-from surflux.pictures.inside import camera_inside, lies_around
+from surflux.pictures.inside import camera_inside, clearance, is_room_around, lies_around
 
 SIZE = np.array([8.0, 4.0, 3.0])
 PLACE = np.array([2.0, 1.0, 1.2])
@@ -25,6 +25,29 @@ def test_a_room_lies_around_a_place_in_it_alone():
     assert lies_around(room(), PLACE)
     assert not lies_around(room(), [20.0, 1.0, 1.0])
     assert not lies_around(room()[room()[:, 2] < 0.1], PLACE)  # the floor
+
+
+def test_a_room_has_a_ceiling():
+    above = SIZE[2] - PLACE[2]
+    assert is_room_around(room(), PLACE, (0, 0, 1))
+    assert clearance(room(), PLACE, (0, 0, 1)) == pytest.approx(above, rel=0.05)
+    court = room()[room()[:, 2] < 2.0]
+    assert not is_room_around(court, PLACE, (0, 0, 1))
+    assert clearance(court[court[:, 2] < 1.0], PLACE, (0, 0, 1)) == 0.0
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("where", [["--viewpoint", "2,1,1.2"], ["--eye", "2,1,1.2", "--target", "5,1,1.2"]])
+def test_a_room_is_lit_from_within(where, seed, tmp_path, monkeypatch, caplog):
+    """Its lamp stood outside: light came through the cracks alone, a hundredth of that of a body."""
+    monkeypatch.chdir(tmp_path)
+    sf.Scan(room()).save("room.ply")
+    flip = [] if "--viewpoint" in where else ["--normals", "flip"]
+    with caplog.at_level(logging.INFO, "surflux"):
+        assert main(["solve", "room.ply", *where, *flip, "--rays", "64", "--seed", str(seed), "-q"]) == 0
+    light = sf.read_scan("room_solved.ply").attributes["irradiance_g"]
+    assert np.quantile(light, 0.05) > 0.3 * np.median(light)
+    assert np.median(light) > 0.5
 
 
 @pytest.mark.parametrize("up", [[0, 0, 1], [0, 1, 0], [-1, 0, 0]])

@@ -71,7 +71,7 @@ FACTOR = {"baseColorFactor": [0.8, 0.4, 0.2, 1]}
         ({}, None, [1, 1, 1]),
         ({}, FLOATS, [0.5, 0.2, 0.1]),
         ({}, np.rint(65535 * FLOATS).astype("<u2"), [0.5, 0.2, 0.1]),
-        (FACTOR, None, [0.8, 0.4, 0.2]),
+        (FACTOR, None, np.array([0.8, 0.4, 0.2]) / 0.98),  # reflectance as it is, as Kd of OBJ
         (FACTOR, np.array([0.5, 0.5, 0.5], "<f4"), [0.4, 0.2, 0.1]),
     ],
 )
@@ -85,7 +85,7 @@ def test_colours_are_linear_and_multiply(tmp_path, material, colors, wanted):
 def test_dark_colours_keep_their_digits(tmp_path, dark):
     """trimesh makes .0039 of .002, and none of .001."""
     path = written(tmp_path / "dark.glb", {"baseColorFactor": [dark, 2 * dark, 0.5, 1]})
-    np.testing.assert_allclose(reflectance(path), [dark, 2 * dark, 0.5], rtol=1e-12)
+    np.testing.assert_allclose(0.98 * reflectance(path), [dark, 2 * dark, 0.5], rtol=1e-12)
 
 
 def test_colours_multiply_textures(tmp_path):
@@ -125,7 +125,7 @@ def test_textures_send_light_where_they_are(tmp_path):
     x = cut.points[:, 0]
     np.testing.assert_allclose(cut.emission[x < 0.4], 3 * np.pi, rtol=1e-6)
     np.testing.assert_allclose(cut.emission[x > 0.6], 0.0)
-    np.testing.assert_allclose(cut.reflectance, 0.49, atol=0.002)
+    np.testing.assert_allclose(cut.reflectance, 0.5, atol=0.002)
     both = trimesh.Scene([trimesh.load(lamp), trimesh.creation.box(bounds=[[3, 0, 0], [4, 1, 1]])])
     whole = sf.Surfels.from_mesh(both)
     np.testing.assert_allclose((whole.emission * whole.areas[:, None]).sum(axis=0), np.pi * 0.5, rtol=1e-6)

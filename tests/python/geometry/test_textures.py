@@ -110,9 +110,7 @@ def test_textures_of_trimesh():
     # The colour of glTF's material is linear, and multiplies.
     tinted = reflectance(PBRMaterial(baseColorTexture=image, baseColorFactor=[51, 255, 255, 255]))
     np.testing.assert_allclose(tinted, [lower, lower, [0.2 * WHITE, 0, 0], [0.2 * WHITE, 0, 0]])
-    np.testing.assert_allclose(
-        reflectance(PBRMaterial(baseColorFactor=[51, 255, 0, 255])), [[0.2 * WHITE, WHITE, 0]] * 4
-    )
+    np.testing.assert_allclose(reflectance(PBRMaterial(baseColorFactor=[51, 255, 0, 255])), [[0.2, WHITE, 0]] * 4)
     np.testing.assert_allclose(reflectance(SimpleMaterial(diffuse=[255, 51, 0])), [[WHITE, 0.2, 0]] * 4)  # Kd: linear
     np.testing.assert_array_equal(reflectance(SimpleMaterial()), [[0.5] * 3] * 4)  # nobody has said anything
 
@@ -207,7 +205,7 @@ def test_repeats_and_factors_of_parts_of_gltf(tmp_path):
         found = sf.Surfels.from_mesh(mesh)
         assert len(found) == 2
         lower = found.reflectance[np.argsort(found.points[:, 2])]
-        wanted = [[0.05 * WHITE, 0.25 * WHITE, 0.25 * WHITE], [WHITE, 0.2 * WHITE, 0.0]]
+        wanted = [[0.05 * WHITE, 0.25 * WHITE, 0.25 * WHITE], [WHITE, 0.2, 0.0]]
         np.testing.assert_allclose(lower, wanted, rtol=1e-6)
 
 

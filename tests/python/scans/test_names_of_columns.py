@@ -152,8 +152,9 @@ def test_what_looks_like_colours_and_is_not_taken_is_told(tmp_path, suffix, name
     told = rf"a{suffix}: what looks like colours is not taken \({named}\): wanted three columns such as red"
     with pytest.warns(UserWarning, match=told):
         np.testing.assert_array_equal(sf.read(path).reflectance, 0.5)
-    with pytest.warns(UserWarning, match=told):
+    with pytest.warns(UserWarning, match=told) as said:
         assert sf.read_scan(path).reflectance is None
+    assert {warning.filename for warning in said} == {__file__}  # and not numpy's, which stands between
 
 
 @pytest.mark.parametrize("names", ["infrared NIR greenness r b", "red green blue rgb"])

@@ -44,6 +44,11 @@ def test_a_room_is_seen_from_inside_again(name):
         assert inward(surfels, EYE) == 1.0
 
 
+def test_none_that_is_known_is_not_written():
+    path = sf.Scan(box(), viewpoints=[[np.nan] * 3]).save("room.ply")
+    assert b"viewpoint" not in path.read_bytes()[:400]
+
+
 @pytest.mark.parametrize("name", ["two.ply", "two.npz"])
 def test_each_scan_has_its_own(name):
     places = np.array([EYE, [np.nan] * 3, [12.0, 2.0, 1.5]])
