@@ -68,8 +68,8 @@ void main() {
 }
 )";
 
-// L07 eqs. 12 and 13, without the loss of digits near t = 1; of functions at whose points light was gathered the values,
-// the squares of their largest channels in the unit, and 1 over the radii of their supports.
+// L07 eqs. 12 and 13, without the loss of digits near t = 1; of functions at whose points light was gathered the
+// values, the squares of their largest channels in the unit, and 1 over the radii of their supports.
 constexpr const char* function_fragment = R"(
 layout(early_fragment_tests) in;
 layout(binding = 0) uniform sampler2D places;

@@ -204,10 +204,10 @@ def lights_of_cloud(options, surfels, camera, what="cloud"):
     is_terrain = options.light in (None, "sun") and is_terrain_of(surfels.points, options.up)
     if options.light is None:
         options.light = "sun" if is_terrain else "studio"
+        where = "above" if is_inside else "behind"
         said = {
             "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio or sky)",
-            "studio": f"a {what} has no light: it gets a lamp {'above' if is_inside else 'behind'} the camera, and a sky "
-            "(--light sun or sky)",
+            "studio": f"a {what} has no light: it gets a lamp {where} the camera, and a sky (--light sun or sky)",
         }
         LOG.info(said[options.light])
     if options.light == "sky":

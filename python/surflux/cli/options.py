@@ -81,8 +81,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--checkpoint", metavar="FOLDER", help=text)
     _cloud_options(solve)
     _normals_option(solve)
-    text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera, or above it in a room, '
-    text += 'and a sky (default of all others), or "sky", of radiance 1 all around'
+    text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera, or above '
+    text += 'it in a room, and a sky (default of all others), or "sky", of radiance 1 all around'
     solve.add_argument("--light", choices=("studio", "sun", "sky"), help=text)
     text = "of a cloud or a mesh: stand it on a level square, grey, under its lowest points"
     solve.add_argument("--ground", action="store_true", help=text)

@@ -152,8 +152,9 @@ class Surfels:
         triangles stay with it, through s[mask] and save, and occlude in place of the disk.
 
         Args:
-            mesh: path of a mesh file, whose axes stay as they are (of glTF y is up); a mesh of trimesh, pyvista, meshio (triangles, quads and polygons) or Open3D; or
-                (vertices (v, 3), faces), where faces are an integer array (f, k) or a list of corner lists.
+            mesh: path of a mesh file, whose axes stay as they are (of glTF y is up); a mesh of trimesh, pyvista, meshio
+                (triangles, quads and polygons) or Open3D; or (vertices (v, 3), faces), where faces are an integer array
+                (f, k) or a list of corner lists.
             patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
                 make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
                 cells, triangles into k^2 congruent ones. What another face stands on, or goes through, is cut along it:
