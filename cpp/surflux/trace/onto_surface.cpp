@@ -1,12 +1,20 @@
 #include "surflux/trace/onto_surface.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "surflux/core/parallel.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr double farthest = 0.5;  // radii, as of disks in Tracer::departure
+constexpr double farthest = 0.5;        // radii, as of disks in Tracer::departure
+constexpr double through_sheet = 1e-3;  // likewise, of sheets of two sides, behind which there is air
+constexpr double rounding = 2.0 * std::numeric_limits<float>::epsilon();  // of coordinates that went through floats
+
+double largest_coordinate(const Vec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
 
 }  // namespace
 
@@ -21,7 +29,14 @@ std::vector<Vec3> onto_surface(const Surfels& surfels, const Tracer& tracer, con
         const auto faces_its_way = [&](const Hit& hit) {
             return hit && dot(surfels.normals[hit.surfel], from.normal) > 0.0;
         };
-        if (!faces_its_way(above) || above.distance > farthest * surfels.radii[above.surfel]) return;
+        if (above && !faces_its_way(above)) {  // the other side of a sheet?
+            const double radius = surfels.radii[above.surfel];
+            if (above.distance > std::max(through_sheet * radius, rounding * largest_coordinate(points[k]))) return;
+            const Vec3 place = points[k] + above.distance * from.normal;
+            if (tracer.departure(place, from.normal).surfel != Hit::none) out[k] = place;
+            return;
+        }
+        if (!above || above.distance > farthest * surfels.radii[above.surfel]) return;
         const Hit below = tracer.closest(Ray{from, -from.normal});
         if (faces_its_way(below) && below.distance < above.distance) return;
         out[k] = points[k] + above.distance * from.normal;

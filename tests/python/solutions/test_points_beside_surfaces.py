@@ -32,6 +32,32 @@ def test_points_that_rounding_put_behind_their_surface(solve):
         np.testing.assert_allclose(found, expected, rtol=2e-3)
 
 
+@pytest.mark.parametrize("offset", [0.0, 700.0])
+def test_points_of_a_sheet_keep_their_side(offset):
+    """A hair through a sheet of two sides they had the direct light of the one and the indirect of the other."""
+    leaf = sf.Surfels.from_mesh(
+        (np.add([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], offset), [[0, 1, 2, 3]]), 0.01, 0.5, two_sided=True
+    )
+    lamp = np.array([0.5, 0.5, 1.0]) + offset
+    solution = sf.solve(sf.Scene([leaf], [sf.PointLight(lamp, 1.0)]))
+    at = np.column_stack([np.random.default_rng(0).uniform(0.05, 0.95, (50, 2)), np.zeros(50)]) + offset
+    to = lamp - at
+    expected = (to[:, 2] / np.linalg.norm(to, axis=1) ** 3)[:, None]
+    for off in (0.0, 1e-7, 1e-6, 1e-5):
+        for side in (1.0, -1.0):
+            found = solution.irradiance_at(at - [0.0, 0.0, side * off], np.tile([0.0, 0.0, side], (50, 1)))
+            np.testing.assert_allclose(found, (side > 0) * expected * np.ones(3), rtol=1e-3, atol=1e-9)
+    turn = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])  # of floats, which are off the plane then
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn
+    turned = sf.solve(sf.Scene([leaf.transformed(matrix)], [sf.PointLight(turn @ lamp, 1.0)]))
+    places = (at @ turn.T).astype(np.float32).astype(np.float64)
+    found = turned.irradiance_at(places, np.tile(turn[:, 2], (50, 1)))
+    np.testing.assert_allclose(found, expected * np.ones(3), rtol=1e-3)
+    behind = solution.irradiance_at(at - [0.0, 0.0, 0.02], np.tile([0.0, 0.0, 1.0], (50, 1)), direct="traced")
+    np.testing.assert_allclose(behind, 0.0, atol=1e-9)  # in the air below
+
+
 def test_points_on_a_curve_that_patches_are_chords_of():
     around = 2 * np.pi * np.arange(32) / 32
     ring = np.stack([np.cos(around), np.sin(around)], axis=1)
