@@ -203,3 +203,28 @@ def test_borders_of_grids_have_normals(noise):
     border = (x == 0.0) | (x == 39.0) | (y == 0.0) | (y == 39.0)
     assert off[border].max() < 3.0 + 250.0 * noise
     assert np.median(off[border]) < 1.0 + 50.0 * noise
+
+
+def prism(sides, radius, low, high, middle):
+    """Corners and faces of a prism; its ends are fans of triangles."""
+    turn = 2.0 * np.pi * np.arange(sides) / sides
+    ring = np.column_stack([middle[0] + radius * np.cos(turn), middle[1] + radius * np.sin(turn)])
+    corners = [np.column_stack([ring, np.full(sides, z)]) for z in (low, high)]
+    corners = np.concatenate([*corners, [[*middle, low], [*middle, high]]])
+    after = np.roll(np.arange(sides), -1)
+    faces = [[k, after[k], sides + after[k], sides + k] for k in range(sides)]
+    faces += [[2 * sides, after[k], k] for k in range(sides)]
+    return corners, faces + [[2 * sides + 1, sides + k, sides + after[k]] for k in range(sides)]
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-3])
+@pytest.mark.parametrize("sides", [4, 12, 64])
+@pytest.mark.parametrize("area", [0.05, 0.02, 0.01])
+def test_what_stands_on_the_floor_of_a_room_is_no_part_of_it(sides, area, gap):
+    """Floors are cut along it: by the edges in common its underside, or all of it, hung on the floor as if inwards."""
+    room = shapes.box([6, 4, 3], inward=True)[:2]
+    chair = prism(sides, 0.4, gap, 0.5, (3.0, 2.9))
+    corners = np.concatenate([room[0], chair[0]])
+    faces = [*[list(face) for face in room[1]], *[[len(room[0]) + k for k in face] for face in chair[1]]]
+    patches = sf.Surfels.from_mesh((corners, faces), area)
+    assert not sf.inward_patches(patches, rooms=True).any()
