@@ -6,7 +6,7 @@ from surflux._base import check
 from surflux._base.color import white_of
 from surflux.drawing import sharing
 from surflux.drawing.clicks import sight_ray
-from surflux.drawing.colors import Shown, range_of, screen_bytes
+from surflux.drawing.colors import Shown, screen_bytes, trimmed_range
 from surflux.drawing.glyphs import STYLES, Shape, polygons, rings, text_actor
 from surflux.drawing.plots import look_through, seen_through
 from surflux.pictures.camera import Camera, upright
@@ -77,9 +77,12 @@ class SceneView:
     def redraw(self):
         """Draws the surfels anew, as everything says now."""
         shown = self.shown()
-        look = {"rgb": True}
+        look, title = {"rgb": True}, shown.name
         if shown.kind == "number":
-            look = {"cmap": "viridis", "clim": range_of(shown.values), "nan_color": "lightgrey"}
+            low, high, trimmed = trimmed_range(shown.values)
+            look = {"cmap": "viridis", "clim": (low, high), "nan_color": "lightgrey"}
+            if trimmed:
+                title += "\n(1st to 99th\npercentile)"
         mesh = self._shape.mesh
         (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = self.spread(shown)
         if self.style == "points":
@@ -89,7 +92,7 @@ class SceneView:
         preference = "point" if self._shape.by_point else "cell"
         self._bar(None)
         actor = self.draw("surfels", mesh, scalars="shown", preference=preference, **look)
-        self._bar(actor.mapper if shown.kind == "number" else None, shown.name)
+        self._bar(actor.mapper if shown.kind == "number" else None, title)
         self.draw_sky()
         self.describe(shown)
 

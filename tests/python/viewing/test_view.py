@@ -121,6 +121,15 @@ def test_numbers_have_a_bar(window):
 
 
 @pytest.mark.slow
+def test_a_scale_that_leaves_outliers_out_says_so(window):
+    """A plane of 311 lux ended at 296 on the scale, and nothing was said."""
+    many = grid(41, 0.04)
+    for values, says in ((np.arange(41.0**2), True), (np.repeat([0.0, 1.0], [841, 840]), False)):
+        view = window(many, values={"lux": values}, color="lux")
+        (bar,) = view.plotter.scalar_bars.values()
+        assert ("percentile" in bar.GetTitle()) == says
+
+
 def test_every_colour_that_there_is_can_be_shown(window, lit):
     assert names_of(Subject(pair())) == ["reflectance", "normal", "radius", "area", "coverage", "group"]
     view = window(lit, values={"mistake": np.arange(len(lit.surfels))})
