@@ -117,7 +117,8 @@ def test_a_printed_solution_tells_where_the_power_went(solution):
     said, power = str(solution).splitlines()
     assert said == repr(solution)
     names = ("absorbed", "escaped", "into backs", "lost")
-    found = re.fullmatch(r"power in (.+?) \(all channels\): " + ", ".join(f"{name} (.+)%" for name in names), power)
+    places = ", ".join(f"{name} (.+)%" for name in names)
+    found = re.fullmatch(rf"power in (.+?) \(on surfaces, all channels\): {places}", power)
     assert float(found[1]) == pytest.approx(solution.history[-1]["power_in"], rel=1e-4)
     # All that enters ends somewhere; each of the four is rounded to .01 %.
     assert sum(float(share) for share in found.groups()[1:]) == pytest.approx(100.0, abs=0.02 + 1e-9)
@@ -127,7 +128,7 @@ def test_a_printed_solution_without_power_or_figures():
     dark = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=0.1, areas=0.03)
     with pytest.warns(UserWarning, match="light"):
         black = sf.solve(sf.Scene([dark]))
-    assert str(black).endswith("\npower in 0 (all channels): absorbed 0, escaped 0, into backs 0, lost 0")
+    assert str(black).endswith("\npower in 0 (on surfaces, all channels): absorbed 0, escaped 0, into backs 0, lost 0")
     arrays = {name: getattr(black, name) for name in ("parents", "objects", "radiosity", "irradiance", "direct")}
     bare = sf.Solution(black.surfels, **arrays)
     assert str(bare) == repr(bare)

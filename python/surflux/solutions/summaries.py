@@ -34,7 +34,7 @@ def as_lines(self) -> str:
         f"{_ACCOUNT[key]} {power[key] / whole:.2%}" if whole > 0 else f"{_ACCOUNT[key]} {power[key]:.3g}"
         for key in list(_ACCOUNT)[1:]
     )
-    return f"{text}\npower in {whole:.5g} (all channels): {places}"
+    return f"{text}\npower in {whole:.5g} (on surfaces, all channels): {places}"
 
 
 def as_table(self) -> str:
