@@ -30,10 +30,13 @@ def is_room_around(points, place, up):
 
 
 def clearance(points, place, up):
-    """How far above a place (3,) the nearest points (n, 3) are, but for a few; 0 where none are."""
+    """How far above a place (3,) the nearest points (n, 3) are, but for a few, or those around a skylight; 0: none."""
     distances, bands, _ = _cells(points, place, up)
-    above = distances[bands == _BANDS - 1]
-    return np.quantile(above, 0.1) if len(above) else 0.0
+    for band in range(_BANDS - 1, _BANDS - 1 - _ABOVE, -1):
+        above = distances[bands == band]
+        if len(above):
+            return np.quantile(above, 0.1) * ((band + 0.5) / _BANDS * 2.0 - 1.0)
+    return 0.0
 
 
 def camera_inside(points, place, up):
