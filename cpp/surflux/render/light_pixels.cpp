@@ -90,6 +90,7 @@ LightPixels::LightPixels(const std::vector<float>& places, const std::vector<flo
         }
         place[3] = middle[3];
     });
+    for (const float extent : extents_) largest_extent_ = std::max(largest_extent_, extent);
 }
 
 LightPixels LightPixels::alone(const std::vector<float>& places, const std::vector<float>& normals,
@@ -118,9 +119,30 @@ void LightPixels::divide_where_uneven(const std::vector<float>& light) {
     });
 }
 
-void LightPixels::divide_where_fine(const std::vector<float>& fineness) {
-    for (std::size_t p = 0; p < depths_.size(); ++p)
-        if (extents_[p] * fineness[4 * p + 3] > largest_share) divide(p);
+void LightPixels::divide_where_fine(const std::vector<DrawnSupport>& supports, const Vec3& origin,
+                                    const DrawnView& view) {
+    if (samples_ == 1) return;
+    constexpr std::size_t grain = 1024;
+    std::vector<std::vector<std::size_t>> found((supports.size() + grain - 1) / grain);
+    parallel_blocks(supports.size(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const DrawnSupport& support = supports[k];
+            const float radius = 1.0f / std::sqrt(support.shrink);
+            if (support.gathered == 0.0f || radius > largest_extent_ / largest_share) continue;
+            const SeenTiles::Rectangle box = box_of(stored(support.center) + origin, static_cast<double>(radius), view);
+            for (int y = std::max(0, box.top); y < std::min(height(), box.bottom); ++y) {
+                for (int x = std::max(0, box.left); x < std::min(width(), box.right); ++x) {
+                    const std::size_t p = static_cast<std::size_t>(y) * width_ + static_cast<std::size_t>(x);
+                    const float* place = &places_[4 * p];
+                    if (place[3] == support.object && radius * largest_share < extents_[p] &&
+                        distance(place, support.center) < radius + extents_[p])
+                        found[begin / grain].push_back(p);
+                }
+            }
+        }
+    });
+    for (const std::vector<std::size_t>& pixels : found)
+        for (const std::size_t p : pixels) divide(p);
 }
 
 double LightPixels::share_alone() const {

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "surflux/render/seen_supports.h"
+
 namespace surflux {
 
 // Where the light of a picture of subpixels is evaluated: once for those of a pixel that see one smooth piece of a
@@ -30,9 +32,9 @@ public:
 
     // light: of pixels, 4 numbers each, of which 3 count.
     void divide_where_uneven(const std::vector<float>& light);
-    // fineness: of pixels, the last of 4 numbers each: 1 over the radius of supports, within which light changes
-    // little.
-    void divide_where_fine(const std::vector<float>& fineness);
+    // Where supports, within which light changes little, are no wider than pixels. Places are relative to the origin,
+    // in the camera's frame; view: of the pixels.
+    void divide_where_fine(const std::vector<DrawnSupport>& supports, const Vec3& origin, const DrawnView& view);
 
     std::size_t pixel_of(std::size_t subpixel) const {
         const std::size_t fine = width_ * samples_;
@@ -56,7 +58,7 @@ private:
     std::size_t width_, height_, samples_;
     std::vector<float> places_, normals_, depths_;
     std::vector<float> extents_;  // how far a pixel reaches over its piece
-    float pixel_;
+    float pixel_, largest_extent_ = 0.0f;
     std::vector<char> seen_, alone_;  // by subpixel
 };
 

@@ -99,7 +99,7 @@ struct Passes {
     };
 
     // Level by level, each from one image into the other. Returns the one that has all.
-    const Image& add_levels(const LightPixels& light, const std::array<Image, 2>& images) const {
+    const Image& add_levels(LightPixels& light, const std::array<Image, 2>& images) const {
         const SeenTiles tiles(light.places(), light.normals(), light.width(), light.height());
         const gl::Texture place = texture(), facing = texture(),
                           depth(gl, GL_DEPTH_COMPONENT32F, view.width, view.rows);
@@ -108,7 +108,7 @@ struct Passes {
         std::vector<float> depths = light.depths();
         for (float& z : depths) z /= view.far_depth;
         depth.write(light.width(), light.height(), GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
-        const gl::Texture sum = texture(), values = texture(), squares(gl, GL_RG32F, view.width, view.rows);
+        const gl::Texture sum = texture(), values = texture(), squares(gl, GL_R32F, view.width, view.rows);
         const gl::Texture direct_sum = direct_texture(), direct_values = direct_texture();
         std::vector<const gl::Texture*> colors{&sum, &values, &squares};
         if (functions.direct) colors.insert(colors.end(), {&direct_sum, &direct_values});
@@ -129,6 +129,7 @@ struct Passes {
             const std::vector<DrawnSupport> seen =
                 seen_supports(field, functions.levels[level], frame, origin, view, tiles);
             if (seen.empty()) continue;
+            light.divide_where_fine(seen, origin, view);
             const DrawBatches<DrawnSupport> batches(gl, seen);
             sums.bind();
             clear(colors.size());
@@ -212,7 +213,6 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     const auto pixel = static_cast<float>(2.0 * grid.tan_y * samples / grid.height);
     raw.once = light_of({raw.place, raw.normal, raw.surface, view.width, view.rows, samples, pixel});
     LightPixels& pixels = raw.once->pixels;
-    pixels.divide_where_fine(raw.once->all);
     pixels.divide_where_uneven(raw.once->all);
     if (functions.direct) pixels.divide_where_uneven(raw.once->direct);
     if (pixels.share_alone() > few_alone) raw.alone = light_of(pixels.alone(raw.place, raw.normal, raw.surface));

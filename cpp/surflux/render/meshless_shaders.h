@@ -68,8 +68,8 @@ void main() {
 }
 )";
 
-// L07 eqs. 12 and 13, without the loss of digits near t = 1; of functions at whose points light was gathered the
-// values, the squares of their largest channels in the unit, and 1 over the radii of their supports.
+// L07 eqs. 12 and 13, without the loss of digits near t = 1; values, and the squares of their largest channels in the
+// unit, of functions at whose points light was gathered.
 constexpr const char* function_fragment = R"(
 layout(early_fragment_tests) in;
 layout(binding = 0) uniform sampler2D places;
@@ -83,7 +83,7 @@ flat in vec4 first_cut;
 flat in vec4 second_cut;
 layout(location = 0) out vec4 sum;
 layout(location = 1) out vec4 values;
-layout(location = 2) out vec2 squares_finenesses;
+layout(location = 2) out float squares;
 #ifdef DIRECT
 flat in vec3 direct;
 flat in vec3 direct_value;
@@ -104,7 +104,7 @@ void main() {
     float of_value = unit * max(value_gathered.x, max(value_gathered.y, value_gathered.z));
     sum = vec4(weight * all, weight);
     values = weight * value_gathered;
-    squares_finenesses = weight * vec2(of_value * of_value, value_gathered.w * sqrt(center_shrink.w));
+    squares = weight * of_value * of_value;
 #ifdef DIRECT
     direct_sum = vec4(weight * direct, 0);
     direct_values = vec4(weight * direct_value, 0);
@@ -112,8 +112,8 @@ void main() {
 }
 )";
 
-// Adds a level to what coarser ones brought, as LevelLight does. The image's fourth number is 1 over the mean radius of
-// the supports of the finest level that adds anything; 0: the coarsest one of the object has not been there.
+// Adds a level to what coarser ones brought, as LevelLight does. The image's fourth number says that the coarsest level
+// of the object has been there.
 constexpr const char* level_fragment = R"(
 layout(binding = 0) uniform sampler2D places;
 layout(binding = 1) uniform sampler2D sums;
@@ -147,17 +147,15 @@ void main() {
     if (sum.w <= 0.0) return;
     int object = int(texelFetch(places, pixel, 0).w);
     bool is_coarsest = coarsest[object] == int(level);
-    if (is_coarsest) all.w = 1e-30;
+    if (is_coarsest) all.w = 1.0;
     vec4 values = texelFetch(value_sums, pixel, 0);
     if (values.w <= 0.0) return;
-    vec2 squares_finenesses = texelFetch(square_sums, pixel, 0).xy / values.w;
-    if (all.w > 0.0) all.w = max(all.w, squares_finenesses.y);
     // MultilevelBasis fades finer levels at their rims.
     float fade = is_coarsest ? 1.0 : smoothstep(0.0, 1.0, sum.w);
     float share = fade * min(1.0, values.w / sum.w);
     vec3 mean = values.xyz / values.w;
     float middle = unit * max(mean.x, max(mean.y, mean.z));
-    float deviation = sqrt(max(0.0, squares_finenesses.x - middle * middle));
+    float deviation = sqrt(max(0.0, texelFetch(square_sums, pixel, 0).x / values.w - middle * middle));
     float most = max(0.0, limits.x * deviation + limits.y * middle) / unit;
     all.xyz += share * (mean + limited(all.xyz + sum.xyz / values.w - mean, most) - all.xyz);
 #ifdef DIRECT

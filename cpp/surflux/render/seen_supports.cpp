@@ -24,11 +24,18 @@ std::pair<int, int> bounds(double x, double z, double radius, double near, doubl
 
 }  // namespace
 
+SeenTiles::Rectangle box_of(const Vec3& center, double radius, const DrawnView& view) {
+    const auto near = static_cast<double>(view.near_depth);
+    const auto [left, right] = bounds(center.x, center.z, radius, near, static_cast<double>(view.tan_x), view.width);
+    const auto [top, bottom] = bounds(center.y, center.z, radius, near, static_cast<double>(view.tan_y), view.height);
+    return {left, std::max(top, view.top) - view.top, right, std::min(bottom, view.top + view.rows) - view.top};
+}
+
 std::vector<DrawnSupport> seen_supports(const MeshlessField& field, const std::vector<std::uint32_t>& functions,
                                         const CameraFrame& frame, const Vec3& origin, const DrawnView& view,
                                         const SeenTiles& tiles) {
     const MultilevelBasis& basis = field.basis;
-    const auto near = static_cast<double>(view.near_depth), far = static_cast<double>(view.far_depth);
+    const auto far = static_cast<double>(view.far_depth);
     std::vector<DrawnSupport> out(functions.size());
     std::vector<char> seen(functions.size(), 0);
     parallel_for(functions.size(), 1024, [&](std::size_t k) {
@@ -36,16 +43,12 @@ std::vector<DrawnSupport> seen_supports(const MeshlessField& field, const std::v
         const Vec3 center = frame.to_camera(basis.position(j));
         const double radius = basis.radius(j), reach = 1.0001 * radius;
         if (center.z + reach <= 0.0) return;
-        const auto [left, right] = bounds(center.x, center.z, reach, near, static_cast<double>(view.tan_x), view.width);
-        auto [top, bottom] = bounds(center.y, center.z, reach, near, static_cast<double>(view.tan_y), view.height);
-        top = std::max(top, view.top) - view.top;
-        bottom = std::min(bottom, view.top + view.rows) - view.top;
+        const SeenTiles::Rectangle box = box_of(center, reach, view);
         DrawnSupport& f = out[k];
         store(f.center, center - origin);
         store(f.normal, frame.turn(basis.normal(j)));
         f.object = static_cast<float>(basis.object(j));
-        const SeenTiles::Rectangle part =
-            tiles.part({left, top, right, bottom}, f.center, static_cast<float>(reach), f.normal, f.object);
+        const SeenTiles::Rectangle part = tiles.part(box, f.center, static_cast<float>(reach), f.normal, f.object);
         if (part.empty()) return;
         seen[k] = 1;
         const auto square = static_cast<float>(radius * radius);

@@ -22,6 +22,9 @@ struct DrawnSupport {
     float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
 };
 
+// Pixels that a ball around a place, from the eye, may cover; rows from the top of the view's.
+SeenTiles::Rectangle box_of(const Vec3& center, double radius, const DrawnView& view);
+
 // The functions of a level that may speak where a pixel sees something, and where that is. Places of pixels and of
 // functions are relative to the origin, in the camera's frame.
 std::vector<DrawnSupport> seen_supports(const MeshlessField& field, const std::vector<std::uint32_t>& functions,
