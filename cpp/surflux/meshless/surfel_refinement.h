@@ -16,9 +16,9 @@
 namespace surflux {
 
 // A last level without a basis: final gathering at surfels where the basis is still off on its finest level. They are
-// those whose finest coefficients exceed half the oracle's tolerance; of the others the largest where 16 rays, and the
-// brightest where their full number of rays, contradict the basis: features between its points have no coefficient that
-// could tell.
+// those whose finest coefficients, and coarser ones as far as these are no part of them, exceed half the oracle's
+// tolerance; of the others the largest where 16 rays, and the brightest where their full number of rays, contradict the
+// basis: features between its points have no coefficient that could tell.
 class SurfelRefinement {
 public:
     struct Options {

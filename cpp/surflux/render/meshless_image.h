@@ -25,17 +25,17 @@ struct MeshlessImage {
     std::vector<Vec3> position;        // of what is seen, world; 0 where no surfel is
     std::vector<std::uint8_t> parted;  // 1: of a surfel that walls part from some functions, which do not speak here
     std::vector<std::uint8_t> hidden;  // 1: all functions that reach it are behind walls, and it has no light here
-    std::size_t fallbacks = 0;         // pixels that no function of the coarsest level covers
+    std::size_t fallbacks = 0;         // subpixels that no function of the coarsest level covers
 };
 
 // A field in its basis, as the camera sees it (L07 6.2): surfaces first (surface_pass.h), then level by level a
 // rectangle around each function that may be in view, weights and weighted coefficients and values added up, and what
 // LevelLight makes of them added to the image. Where none covers the coarsest level the nearest function speaks, as in
 // MultilevelBasis::at_level: those few pixels are evaluated on the CPU, as are those on surfels that walls part from
-// some functions (nullptr: from none). Throws ArgumentError, and DeviceError where there is no GL. The image has the
-// height of the rows drawn. samples: subpixels a side of a pixel, over which light is one where they see one smooth
-// piece of a surface (light_pixels.h); sizes and rows are multiples of it. culling: else surfaces are seen from behind,
-// too, in the light of their fronts.
+// some functions (nullptr: from none), and subpixels with light of their own where these are few. Throws ArgumentError,
+// and DeviceError where there is no GL. The image has the height of the rows drawn. samples: subpixels a side of a
+// pixel, over which light is one where they see one smooth piece of a surface (light_pixels.h); sizes and rows are
+// multiples of it. culling: else surfaces are seen from behind, too, in the light of their fronts.
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, PartedSurfels* parted,
                              const Scene& scene, const std::vector<VisibleEmitter>& emitters, const Camera& camera,
                              std::size_t width, std::size_t height, int samples, const ImageRows& rows = {},
