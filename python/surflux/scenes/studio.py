@@ -48,10 +48,10 @@ def room_light(surfels, camera, up):
     place = camera.eye + 0.5 * far * up
     to = surfels.points - place
     squares = np.maximum(np.einsum("ij,ij->i", to, to), u @ u)
-    cosines = np.maximum(0.0, -np.einsum("ij,ij->i", to, surfels.normals)) * np.abs(to @ up)
+    cosines = np.abs(np.einsum("ij,ij->i", to, surfels.normals)) * np.abs(to @ up)  # whichever way normals face
     areas = surfels.areas if np.any(surfels.areas) else np.ones(len(surfels))
     per_exitance = np.average(cosines / squares**2, weights=areas) * (u @ u) / np.pi
-    exitance = _ROOM / max(per_exitance, 1e-300)
+    exitance = _ROOM / per_exitance if per_exitance > 0.0 else _ROOM
     corner = place - 0.5 * (u + v)
     return [Environment(_SKY), AreaLight(corner, u, v, exitance), AreaLight(corner, v, u, exitance)]
 

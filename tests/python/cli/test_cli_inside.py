@@ -8,6 +8,7 @@ import pytest
 import surflux as sf
 from surflux.cli.commands import main
 from surflux.pictures.inside import camera_inside, clearance, is_room_around, lies_around
+from surflux.scenes.studio import room_light
 
 SIZE = np.array([8.0, 4.0, 3.0])
 PLACE = np.array([2.0, 1.0, 1.2])
@@ -36,6 +37,19 @@ def test_a_room_has_a_ceiling():
     court = room()[room()[:, 2] < 2.0]
     assert not is_room_around(court, PLACE, (0, 0, 1))
     assert clearance(court[court[:, 2] < 1.0], PLACE, (0, 0, 1)) == 0.0
+
+
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_the_lamp_of_a_room_is_as_bright_whichever_way_normals_face(turned):
+    points = room()
+    sides = np.argmin(np.minimum(points, SIZE - points), axis=1)
+    inward = np.where(points < 0.5 * SIZE, 1.0, -1.0) * (sides[:, None] == np.arange(3))
+    walls = sf.Surfels(points, turned * inward, radii=0.1)
+    _, down, up = room_light(walls, sf.Camera(PLACE, [7.0, 2.0, 1.2]), (0.0, 0.0, 1.0))
+    assert down.exitance == up.exitance
+    height = PLACE[2] + 0.5 * (SIZE[2] - PLACE[2])
+    assert np.asarray(down.corner)[2] == pytest.approx(height, abs=0.1)
+    assert 1.0 < np.max(down.exitance) < 1e5
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
