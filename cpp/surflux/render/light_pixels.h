@@ -23,7 +23,6 @@ public:
 
     int width() const { return static_cast<int>(width_); }  // pixels
     int height() const { return static_cast<int>(height_); }
-    int samples() const { return static_cast<int>(samples_); }
     // By pixel, as of subpixels.
     const std::vector<float>& places() const { return places_; }
     const std::vector<float>& normals() const { return normals_; }

@@ -16,8 +16,7 @@ _FOV = 75.0
 def lies_around(points, place):
     """Whether points (n, 3) are seen in most directions from a place (3,)."""
     _, bands, sectors = _cells(points, place, (0.0, 0.0, 1.0))
-    filled = len(np.unique(bands * _SECTORS + sectors))
-    return filled >= _AROUND * _BANDS * _SECTORS
+    return _are_filled(bands, sectors, 0)
 
 
 def is_room_around(points, place, up):
@@ -25,8 +24,7 @@ def is_room_around(points, place, up):
     if not lies_around(points, place):
         return False
     _, bands, sectors = _cells(points, place, up)
-    above = bands >= _BANDS - _ABOVE
-    return len(np.unique((bands * _SECTORS + sectors)[above])) >= _AROUND * _ABOVE * _SECTORS
+    return _are_filled(bands, sectors, _BANDS - _ABOVE)
 
 
 def clearance(points, place, up):
@@ -35,14 +33,14 @@ def clearance(points, place, up):
     for band in range(_BANDS - 1, _BANDS - 1 - _ABOVE, -1):
         above = distances[bands == band]
         if len(above):
-            return np.quantile(above, 0.1) * ((band + 0.5) / _BANDS * 2.0 - 1.0)
+            return np.quantile(above, 0.1) * _sine(band)
     return 0.0
 
 
 def camera_inside(points, place, up):
     """The Camera at a place (3,) that looks level, to where points (n, 3) are farthest."""
     distances, bands, sectors = _cells(points, place, up)
-    level = np.abs((bands + 0.5) / _BANDS * 2.0 - 1.0) < _LEVEL
+    level = np.abs(_sine(bands)) < _LEVEL
     far = np.zeros(_SECTORS)
     for sector in range(_SECTORS):
         there = distances[level & (sectors == sector)]
@@ -51,6 +49,17 @@ def camera_inside(points, place, up):
     angle = (np.argmax(seen) + 0.5) / _SECTORS * 2.0 * np.pi - np.pi
     across = _axes(up)
     return Camera(place, place + np.cos(angle) * across[0] + np.sin(angle) * across[1], up=up, fov=_FOV)
+
+
+def _are_filled(bands, sectors, lowest):
+    """Whether most of the cells have points, of the bands from the lowest one that counts."""
+    filled = len(np.unique((bands * _SECTORS + sectors)[bands >= lowest]))
+    return filled >= _AROUND * (_BANDS - lowest) * _SECTORS
+
+
+def _sine(band):
+    """Of the angle over the horizon, in the middle of a band."""
+    return (band + 0.5) / _BANDS * 2.0 - 1.0
 
 
 def _cells(points, place, up):
