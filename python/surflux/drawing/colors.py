@@ -84,21 +84,21 @@ def range_of(values):
 
 
 def trimmed_range(values):
-    """(low, high, whether these are the 1st and the 99th percentile) of the colours of numbers, low < high: those that
-    differ by rounding alone are one, which stands in the middle of its scale.
+    """(low, high, whether numbers lie outside) of the colours of numbers, low < high: the 1st and the 99th percentile
+    where there are many. Those that differ by rounding alone are one, which stands in the middle of its scale.
     """
     finite = values[np.isfinite(values)]
     if not len(finite):
         return 0.0, 1.0, False
     low, high = np.percentile(finite, (1, 99))
     rounding = _ROUNDING.get(finite.dtype.itemsize, 0.0) if finite.dtype.kind == "f" else 0.0
+    least, most = float(finite.min()), float(finite.max())
     if len(finite) >= _MANY and _differ(low, high, rounding):
-        return low, high, True
-    low, high = float(finite.min()), float(finite.max())
-    if _differ(low, high, rounding):
-        return low, high, False
-    around = 0.5 * abs(low) or 0.5
-    return max(low - around, -_LARGEST), min(high + around, _LARGEST), False
+        return low, high, bool(least < low or most > high)
+    if _differ(least, most, rounding):
+        return least, most, False
+    around = 0.5 * abs(least) or 0.5
+    return max(least - around, -_LARGEST), min(most + around, _LARGEST), False
 
 
 def _differ(low, high, rounding):
