@@ -44,6 +44,39 @@ TEST(Polygon, CountsOnlyWhatIsAboveTheHorizon) {
     EXPECT_NEAR(element_to_polygon({}, up, coplanar, 4), 0.0, 1e-12);
 }
 
+// What lights are behind they send nothing to; of surfels that face away from a light by far it is so said.
+TEST(NormalCone, HasNoLightFromBehind) {
+    std::vector<Light> lights{PointLight{{0.3, 0.2, 0.9}, white},
+                              DirectionalLight{normalized(Vec3{0.3, 0.1, -1.0}), white},
+                              AreaLight{{-0.5, 0.1, 0.8}, {0.4, 0.2, 0.3}, {-0.1, 0.5, 0.1}, white},
+                              SpotLight{{0.3, 0.2, 0.9}, {0, 0, -1}, white, 60.0, 5.0}};
+    Random random(7, 0);
+    const auto vector = [&](double size) {
+        return size * Vec3{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+    };
+    int behind = 0;
+    for (int k = 0; k < 4000; ++k) {
+        std::vector<Vec3> places, normals;
+        NormalCone cone{vector(4.0), {}};
+        const Vec3 axis = normalized(vector(1.0));
+        for (int j = 0; j < 5; ++j) {
+            places.push_back(cone.center + vector(0.4));
+            normals.push_back(normalized(axis + vector(0.6)));
+            cone.axis += normals.back() / 5.0;
+        }
+        for (std::size_t j = 0; j < 5; ++j) {
+            cone.spread = std::max(cone.spread, length(normals[j] - cone.axis));
+            cone.height = std::max(cone.height, dot(normals[j], cone.center - places[j]));
+        }
+        for (const auto& light : emitters_of(lights)) {
+            if (!light->is_behind(cone)) continue;
+            ++behind;
+            for (std::size_t j = 0; j < 5; ++j) EXPECT_EQ(light->kernel_at(places[j], normals[j]), 0.0) << k;
+        }
+    }
+    EXPECT_GT(behind, 4000);  // of 16 000, of which half face away
+}
+
 // cos cos' A / (pi r^2) and cos' A / r^2 are right to (size / r)^2. Products of corners cancel: from 5e7 on they were
 // off by a per cent, and a sun given in metres was a million times too bright.
 TEST(Polygon, FarOnesKeepTheirDigits) {

@@ -47,6 +47,7 @@ struct PointEmitter : Emitter {
     bool is_even_in(const Vec3& center, double radius) const override {
         return length_squared(center - position) > close * close * radius * radius;
     }
+    bool is_behind(const NormalCone& surfels) const final { return surfels.is_behind(position); }
     // Of the intensity, what goes along a direction, and its integral over those to a triangle.
     virtual double share(const Vec3&) const { return 1.0; }
     virtual double power(const Triangle& t) const { return solid_angle(position, t); }
@@ -84,6 +85,9 @@ struct DirectionalEmitter final : Emitter {
     }
     double mean_kernel(const Receiver& r) const override { return kernel_at(r.center, r.normal); }
     bool is_even_in(const Vec3&, double) const override { return true; }
+    bool is_behind(const NormalCone& surfels) const override {
+        return dot(surfels.axis, towards_light) + surfels.spread < 0.0;
+    }
     Vec3 towards_light;
 };
 
@@ -119,6 +123,12 @@ struct AreaEmitter final : Emitter {
     }
     bool is_even_in(const Vec3& center, double radius) const override {
         return squared_distance(center) > close * close * radius * radius;
+    }
+    // How far points are before surfels is convex in them: if its corners are behind, all is.
+    bool is_behind(const NormalCone& surfels) const override {
+        const Vec3 opposite = light_.corner + light_.edge_u + light_.edge_v;
+        return surfels.is_behind(light_.corner) && surfels.is_behind(light_.corner + light_.edge_u) &&
+               surfels.is_behind(light_.corner + light_.edge_v) && surfels.is_behind(opposite);
     }
     // In closed form over the light, by points over a patch, for which no ray is traced; the other way round, by
     // reciprocity, where the light is the smaller of the two: close to it, points of the patch would miss it.

@@ -22,6 +22,19 @@ struct Receiver {
     Vec3 at(double s, double t) const { return is_patch() ? points.at(shape, s, t) : center; }
 };
 
+// Of surfels that are near each other: no normal differs from `axis` by more than `spread`, and `center` is no higher
+// than `height` over the plane of any.
+struct NormalCone {
+    Vec3 center, axis;
+    double spread = 0.0, height = 0.0;
+
+    // Does a point lie behind all of them?
+    bool is_behind(const Vec3& point) const {
+        const Vec3 d = point - center;
+        return dot(axis, d) + spread * length(d) + height < 0.0;
+    }
+};
+
 // What one point of a light sends to one point of a surfel.
 struct Arrival {
     Vec3 from;            // where the shadow ray ends; the direction to the light where it is distant
@@ -39,6 +52,8 @@ struct Emitter {
     virtual double mean_kernel(const Receiver& receiver) const = 0;
     // Do few points of what lies within a sphere tell its mean kernel? Not close to the light, nor in a narrow beam.
     virtual bool is_even_in(const Vec3& center, double radius) const = 0;
+    // Do surfels all face away from it?
+    virtual bool is_behind(const NormalCone& surfels) const = 0;
     // Is the light so wide beside its distance that few points of its area tell little of kernel_at()?
     virtual bool is_wide_at(const Vec3&) const { return false; }
     // Of a patch, the part that the light can shine on, where that may be little of it; else nothing.

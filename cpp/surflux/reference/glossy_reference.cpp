@@ -48,7 +48,7 @@ Reference reference_radiance(const CompiledScene& compiled, const GlossyPlaces& 
     require(fits(places.reflectance.size()) && fits(places.specular.size()) && fits(places.exponents.size()),
             "materials: wanted one for each of the ", n, " points, or none");
     const PathTracer<GlossyVertex> paths(compiled, options, progress);
-    const std::vector<Departure> from = departures(paths.tracer(), places.points, places.normals);
+    const std::vector<Departure> from = departures(compiled, places.points, places.normals);
     const bool own = places.reflectance.empty() || places.specular.empty() || places.exponents.empty();
     for (std::size_t i = 0; i < n && own; ++i)
         require(from[i].surfel != Hit::none, "points: ", i,

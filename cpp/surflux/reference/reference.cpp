@@ -2,6 +2,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/reference/path_tracer.h"
+#include "surflux/trace/onto_surface.h"
 
 namespace surflux {
 
@@ -33,16 +34,17 @@ Reference reference_irradiance(const CompiledScene& compiled, const std::vector<
     require(points.size() == normals.size(), "normals: wanted one for each of the ", points.size(), " points, got ",
             normals.size());
     const PathTracer<DiffuseVertex> paths(compiled, options, progress);
-    const std::vector<Departure> places = departures(paths.tracer(), points, normals);
+    const std::vector<Departure> places = departures(compiled, points, normals);
     return means_of_paths(
         paths, places, options.samples, [](std::size_t) { return DiffuseVertex{}; }, progress, options.team);
 }
 
-std::vector<Departure> departures(const Tracer& tracer, const std::vector<Vec3>& points,
+std::vector<Departure> departures(const CompiledScene& scene, const std::vector<Vec3>& points,
                                   const std::vector<Vec3>& normals) {
-    tracer.require_near(points);
+    const Tracer& tracer = scene.tracer();
+    const std::vector<Vec3> on_surface = onto_surface(scene.scene().surfels, tracer, points, normals, by_rounding);
     std::vector<Departure> places(points.size());
-    parallel_for(points.size(), 256, [&](std::size_t i) { places[i] = tracer.departure(points[i], normals[i]); });
+    parallel_for(points.size(), 256, [&](std::size_t i) { places[i] = tracer.departure(on_surface[i], normals[i]); });
     return places;
 }
 

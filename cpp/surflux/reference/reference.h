@@ -39,8 +39,9 @@ Reference reference_irradiance(const CompiledScene& compiled, const std::vector<
                                const std::vector<Vec3>& normals, const ReferenceOptions& options,
                                const Progress& progress = {});
 
-// Where paths leave from: Tracer::departure of points near the scene, an ArgumentError for others.
-std::vector<Departure> departures(const Tracer& tracer, const std::vector<Vec3>& points,
+// Where paths leave from: Tracer::departure of points near the scene, an ArgumentError for others. Points that rounding
+// puts behind their surface are moved up to it (onto_surface).
+std::vector<Departure> departures(const CompiledScene& scene, const std::vector<Vec3>& points,
                                   const std::vector<Vec3>& normals);
 
 }  // namespace surflux

@@ -10,8 +10,6 @@ namespace surflux {
 
 namespace {
 
-constexpr double farthest = 0.5;        // radii, as of disks in Tracer::departure
-constexpr double through_sheet = 1e-3;  // likewise, of sheets of two sides, behind which there is air
 constexpr double rounding = 2.0 * std::numeric_limits<float>::epsilon();  // of coordinates that went through floats
 
 double largest_coordinate(const Vec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
@@ -19,7 +17,7 @@ double largest_coordinate(const Vec3& p) { return std::max({std::abs(p.x), std::
 }  // namespace
 
 std::vector<Vec3> onto_surface(const Surfels& surfels, const Tracer& tracer, const std::vector<Vec3>& points,
-                               const std::vector<Vec3>& normals) {
+                               const std::vector<Vec3>& normals, double farthest) {
     tracer.require_near(points);
     std::vector<Vec3> out = points;
     parallel_for(points.size(), 64, [&](std::size_t k) {
@@ -29,14 +27,16 @@ std::vector<Vec3> onto_surface(const Surfels& surfels, const Tracer& tracer, con
         const auto faces_its_way = [&](const Hit& hit) {
             return hit && dot(surfels.normals[hit.surfel], from.normal) > 0.0;
         };
+        const auto rounded = [&](const Hit& hit) {
+            return std::max(by_rounding * surfels.radii[hit.surfel], rounding * largest_coordinate(points[k]));
+        };
         if (above && !faces_its_way(above)) {  // the other side of a sheet?
-            const double radius = surfels.radii[above.surfel];
-            if (above.distance > std::max(through_sheet * radius, rounding * largest_coordinate(points[k]))) return;
+            if (above.distance > rounded(above)) return;
             const Vec3 place = points[k] + above.distance * from.normal;
             if (tracer.departure(place, from.normal).surfel != Hit::none) out[k] = place;
             return;
         }
-        if (!above || above.distance > farthest * surfels.radii[above.surfel]) return;
+        if (!above || above.distance > std::max(farthest * surfels.radii[above.surfel], rounded(above))) return;
         const Hit below = tracer.closest(Ray{from, -from.normal});
         if (faces_its_way(below) && below.distance < above.distance) return;
         out[k] = points[k] + above.distance * from.normal;

@@ -59,16 +59,21 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
       points_(points),
       areas_(areas),
       of_leaves_(groups),
-      around_(groups.leaves.size()) {
+      extents_(groups.leaves.size()) {
     const Surfels& s = scene.scene().surfels;
     for (std::uint32_t i = 0; i < s.size() && !has_disks_; ++i) has_disks_ = !points.is_patch(i);
-    parallel_for(around_.size(), 256, [&](std::size_t leaf) {
-        Sphere& sphere = around_[leaf];
+    parallel_for(extents_.size(), 256, [&](std::size_t leaf) {
+        Extent& extent = extents_[leaf];
+        NormalCone& all = extent.normals;
         double count = 0.0;
-        for_lit(leaf, [&](std::uint32_t i) { sphere.center += s.positions[i], count += 1.0; });
-        sphere.center = sphere.center / std::max(1.0, count);
+        for_lit(leaf, [&](std::uint32_t i) { all.center += s.positions[i], all.axis += s.normals[i], count += 1.0; });
+        all.center = all.center / std::max(1.0, count);
+        all.axis = all.axis / std::max(1.0, count);
         for_lit(leaf, [&](std::uint32_t i) {
-            sphere.radius = std::max(sphere.radius, length(s.positions[i] - sphere.center) + s.radii[i]);
+            const Vec3 to_center = all.center - s.positions[i];
+            extent.radius = std::max(extent.radius, length(to_center) + s.radii[i]);
+            all.height = std::max(all.height, dot(s.normals[i], to_center));
+            all.spread = std::max(all.spread, length(s.normals[i] - all.axis));
         });
     });
 }
@@ -137,6 +142,7 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
     if (leaves > 0) out.from_all = light.arrival(samples_.position(0), samples_.normal(0), 0.5, 0.5).from;
     parallel_blocks(leaves, 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t leaf = begin; leaf < end; ++leaf) {
+            if (light.is_behind(extents_[leaf].normals)) continue;
             std::optional<EvenPoints> even;
             if (light.extended) even.emplace(2, seed + light_stream, leaf);
             double sum = 0.0;
@@ -155,7 +161,7 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
                 sum += kernel;
             }
             double mean = sum / static_cast<double>(n);
-            if (!light.is_even_in(around_[leaf].center, around_[leaf].radius) || out.shared.count(leaf) > 0) {
+            if (!light.is_even_in(extents_[leaf].normals.center, extents_[leaf].radius) || out.shared.count(leaf) > 0) {
                 mean = mean_over_surfels(light, narrow, leaf);
                 if (mean > 0.0 && !(sum > 0.0)) find_beam(light, narrow, leaf, seed, out);
             }

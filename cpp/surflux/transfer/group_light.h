@@ -61,11 +61,11 @@ private:
     const SurfelPoints& points_;
     const std::vector<double>& areas_;
     const SurfelsOfLeaves of_leaves_;
-    struct Sphere {
-        Vec3 center;
-        double radius = 0.0;
+    struct Extent {
+        NormalCone normals;
+        double radius = 0.0;  // of a sphere around its center
     };
-    std::vector<Sphere> around_;  // those of each leaf
+    std::vector<Extent> extents_;  // of what each leaf has that receives light
     bool has_disks_ = false;
 };
 

@@ -48,9 +48,10 @@ public:
     void for_leaves(const Visit& visit) const {
         parallel_for(senders_.leaves.size(), 2048, [&](std::size_t of_leaf) {
             const std::size_t leaf = senders_.leaves[of_leaf];
+            const float* reflectance = reflectance_.data() + colors * leaf;
             std::size_t at = of_leaf * unknowns_;
-            for (std::size_t c = 0; c < channels_; ++c)
-                if (c % colors < 3) visit(at++, leaf * channels_ + c, reflectance_[colors * leaf + c % colors]);
+            for (std::size_t k = leaf * channels_; k < (leaf + 1) * channels_; k += colors)
+                for (std::size_t c = 0; c < 3; ++c) visit(at++, k + c, reflectance[c]);
         });
     }
 

@@ -8,6 +8,7 @@ namespace surflux {
 
 void TransportOperator::gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out,
                                Part part) const {
+    constexpr std::size_t ahead = 32;
     out.resize(rows.size() * channels);
     // Rows are in the order of their functions: first those of coarse levels, last those of surfels' own.
     const std::size_t own = level_begin.back() - level_begin[own_level()], end_of_basis = rows.size() - own;
@@ -18,8 +19,10 @@ void TransportOperator::gather(const std::vector<float>& sent, std::size_t chann
             const std::size_t k = in_part < first ? in_part : in_part - first + end_of_basis;
             const Row& row = rows[k];
             auto sum = float_sum(count);
-            for (std::uint32_t l = row.begin; l < row.end; ++l)
+            for (std::uint32_t l = row.begin; l < row.end; ++l) {
+                if (l + ahead < links.size()) __builtin_prefetch(sent.data() + sender(links[l + ahead]) * count);
                 sum.add(rays_of(links[l]), sent.data() + sender(links[l]) * count);
+            }
             float* to = out.data() + k * count;
             sum.write(to);
             for (std::size_t c = 0; c < count; ++c) to[c] *= row.per_ray;

@@ -91,27 +91,34 @@ def traced_pictures(solution, scene, camera, size, *, glossy_bounces, paths=PATH
     """Two pictures (2, h, w, 3), independent of each other, of surfels that are path traced towards the eye.
 
     They are drawn as those of the solution are, at whose surfels scene has its own: what drawing itself adds is in
-    all of them, for flat facets that are traced at each pixel are another surface than surfels that blend.
+    all of them, for flat facets that are traced at each pixel are another surface than surfels that blend. Lobes
+    below 0, which an Environment of spherical harmonics makes, are none, as in pictures of solutions.
     """
     own, towards = scene.surfels, towards_eye(scene.surfels.points, camera)
     front = np.flatnonzero((towards * own.normals).sum(axis=1) > 0.0)
     rest = {name: getattr(solution, name) for name in ("parents", "objects", "irradiance", "direct")}
-    out = []
-    for seed in range(2):
-        radiance = np.zeros((len(own), 3))
-        radiance[front], _ = sf.reference_radiance(
+
+    def reflected(reflectance, specular, seed):
+        radiance, _ = sf.reference_radiance(
             scene,
             own.points[front],
             own.normals[front],
             towards[front],
-            reflectance=own.reflectance[front],
-            specular=own.specular[front],
+            reflectance=reflectance,
+            specular=specular,
             exponent=own.exponent[front],
             glossy_bounces=glossy_bounces,
             samples=paths,
             seed=seed,
             threads=threads,
         )
+        return radiance
+
+    out = []
+    for seed in (0, 2):
+        radiance = np.zeros((len(own), 3))
+        radiance[front] = reflected(own.reflectance[front], 0.0, seed)
+        radiance[front] += np.maximum(reflected(0.0, own.specular[front], seed + 1), 0.0)
         diffuse = own.replace(specular=0.0)
         known = sf.Solution(diffuse, radiosity=np.pi * radiance, **rest)
         out.append(known.render(camera, size, samples=SUBPIXELS))

@@ -48,7 +48,8 @@ def reference_irradiance(
       ways and are as close are the sides of one sheet.
     - A point given by the caller belongs to the surfel nearest to it along its normal, among disks no farther than
       half their radius and mesh patches that touch it, facing its way. So points between surfels, slightly over or
-      under the disks, are not in their shadow. Other points are in the air.
+      under the disks, are not in their shadow. Points that rounding puts behind their surface, by no more than a
+      thousandth of a surfel's radius, are moved up to it. Other points are in the air.
 
     Next event estimation from every vertex of a path samples lights, images of the sky and emissive surfels that cover
     at most 15 % of all surface, or shine eight times as strongly as the mean of them, each of the first seven by itself

@@ -206,3 +206,16 @@ def test_errors_and_cancel():
     sf.reference_irradiance(scene, *at, progress=lambda done, total: seen.append((done, total)))
     assert seen[-1][0] == seen[-1][1]
     assert scene.surfels.areas is not None  # a mesh has them; the pass left the scene as it was
+
+
+@pytest.mark.parametrize("below", [1e-5, 1e-4])
+def test_places_that_rounding_puts_behind_their_surface(below):
+    """They had 0 +- 0, without a word; where they are farther behind, they are in the body."""
+    scene = sf.Scene([patch([-2, -2, 0], [4, 0, 0], [0, 4, 0], 0.5, patch_area=0.1)], [sf.PointLight([0, 0, 2], 10.0)])
+    for depth, expected in ((below, 2.5), (0.05, 0.0)):
+        (value,), (error,) = sf.reference_irradiance(scene, [[0.01, 0.02, -depth]], [UP], samples=16)
+        np.testing.assert_allclose(value, expected, rtol=1e-3)
+        assert error.max() < 1e-3
+        looks = {"reflectance": 0.5, "specular": 0.0, "exponent": 1.0, "samples": 16}
+        (value,), _ = sf.reference_radiance(scene, [[0.01, 0.02, -depth]], [UP], [UP], **looks)
+        np.testing.assert_allclose(np.pi * value, 0.5 * expected, rtol=1e-3)
