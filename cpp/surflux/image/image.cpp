@@ -44,6 +44,13 @@ const char* library_name(Format format) {
     return format == Format::exr ? "openexr" : format == Format::hdr ? "hdr" : "png";
 }
 
+// OpenEXR's threads are not in a process that was forked after they were started, and pictures would wait for them for
+// ever: it has none (ahead of its first file).
+void without_threads() {
+    static const bool done = OIIO::attribute("exr_threads", -1);
+    static_cast<void>(done);
+}
+
 std::string reason_or(std::string reason, const char* otherwise) {
     while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) reason.pop_back();
     return reason.empty() ? otherwise : reason;
@@ -151,6 +158,7 @@ Image read_image(const std::string& path) try {
     if (format == Format::exr) check_exr(path);
     const HdrHeader hdr = format == Format::hdr ? check_hdr(path) : HdrHeader{};
     if (format == Format::png) check_png(path);
+    without_threads();
     const auto input = OIIO::ImageInput::create(library_name(format));
     if (!input) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
     OIIO::ImageSpec spec, options;
@@ -187,6 +195,7 @@ void write_image(const std::string& path, const Image& image) try {
             require(value >= below && value < hdr_limit, "image: .hdr takes values from 0 to 1.7e38, got ", value,
                     "; .exr takes any");
     }
+    without_threads();
     const auto output = OIIO::ImageOutput::create(library_name(format));
     if (!output) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),

@@ -2,6 +2,7 @@
 
 import os
 import re
+import secrets
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -86,8 +87,11 @@ def write_whole(path, data):
 
 
 def unfinished_name(path):
-    """The name of a file beside `path` until it is whole; the same suffix, and no longer than names may be."""
-    return f".{path.stem[:40]}-{os.getpid()}.part{path.suffix[:40]}"
+    """The name of a file beside `path` until it is whole, another for each call: threads, and nodes of a cluster, whose
+    processes may have one number, write names beside each other that begin alike. The same suffix, and no longer than
+    names may be.
+    """
+    return f".{path.stem[:40]}-{secrets.token_hex(4)}-{os.getpid()}.part{path.suffix[:40]}"
 
 
 def is_unfinished_name(name):

@@ -17,6 +17,7 @@ from surflux.geometry.winding import wound_alike
 from surflux.points.layers import is_terrain_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
+from surflux.scans.vtp import write_polydata
 from surflux.solutions.lit_points import LIGHT
 
 # Light varies over a face: those of coarse meshes are cut until there are about as many patches.
@@ -113,4 +114,4 @@ def save_faces(path, source, solution):
     faces = pyvista.PolyData(mesh.vertices, faces=corners)
     for name in LIGHT:
         faces.cell_data[name] = solution.per_face(name).astype(np.float32)
-    faces.save(path)
+    write_polydata(path, faces)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
@@ -91,7 +92,7 @@ def write_image(
         channels.append(values)
     from surflux import _image  # brings OpenImageIO
 
-    _image.write_image(str(path), names, np.concatenate(channels, axis=2))
+    _image.write_image(os.fsencode(path), names, np.concatenate(channels, axis=2))
     return path
 
 
@@ -122,7 +123,7 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
     path = check.path("path", path)
     from surflux import _image  # brings OpenImageIO
 
-    names, pixels = _image.read_image(path)
+    names, pixels = _image.read_image(os.fsencode(path))
     own = CHANNELS.get(layer, ())
     if layer is None and not set("RGB") <= set(names) and set("XYZ") <= set(names):
         raise _core.FileError(f"{path}: CIE X Y Z are not supported; wanted R, G and B")

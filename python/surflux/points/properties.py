@@ -115,7 +115,7 @@ def take_radii(path, columns):
     # Some programs write the property and never fill it in.
     if radii is None or not np.any(radii):
         return None
-    check_rows(path, "radius", radii, np.nextafter(0.0, 1.0))
+    check_rows(path, "radius", radii, np.finfo(float).smallest_subnormal)
     return radii
 
 

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from surflux._base.color import srgb_to_linear
-from surflux._base.files import unfinished, whole_file
+from surflux._base.files import whole_file
 from surflux._base.warn import warn
 from surflux.scans.gltf import Primitive, placed, write_primitives
 from surflux.scans.las_writing import write_las
 from surflux.scans.names import OWN, Names, scalars
 from surflux.scans.viewpoints import NAME, comments_of, warn_of_lost
+from surflux.scans.vtp import write_polydata
 
 _BLOCK = 100_000  # rows formatted or interleaved at once
 _COARSE = 0.1  # of the spacing of points: rounding of more than that is said
@@ -149,8 +150,7 @@ def _write_vtp(path, columns):
         if name != "points":
             data.point_data[own[name] if name in own else names.free(name)] = values
     names.warn_of_others()
-    with unfinished(path) as beside:
-        data.save(beside)
+    write_polydata(path, data)
 
 
 def _write_gltf(path, columns, up):

@@ -189,6 +189,7 @@ class LampRenderer:
             DeviceError: the camera has moved, there are disks, which OpenGL draws, and no OpenGL.
         """
         names = layer_names(layers, FRAME_LAYERS)
+        self.transfer._scene_core()  # refuses areas that were set since
         given = self.transfer._given(lights, reflectance, bounces, shadow_rays, seed)
         behind = environments_behind(background, ())
         penumbra_rays = check.count("penumbra_rays", penumbra_rays, 1, 4096)
