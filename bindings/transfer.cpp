@@ -35,8 +35,8 @@ std::unique_ptr<DistantTransfer> make_distant(const Compiled& scene, OperatorOpt
         TransportOperator transport = build_operator(*scene, options, report, timings);
         Stopwatch watch(timings);
         DistantTransfer::Visibility visibility =
-            find_visibility(transport, scene->tracer(), visibility_rays, options.seed + visibility_stream,
-                            report ? report("visibility") : Progress{}, options.team);
+            find_visibility(transport, SurfelPoints(scene->scene().surfels), scene->tracer(), visibility_rays,
+                            options.seed + visibility_stream, report ? report("visibility") : Progress{}, options.team);
         watch.lap("visibility");
         return std::make_unique<DistantTransfer>(scene, std::move(transport), std::move(visibility),
                                                  std::move(timings));
@@ -51,8 +51,8 @@ std::unique_ptr<SkyTransfer> make_sky(const Compiled& scene, OperatorOptions opt
         Figures timings;
         TransportOperator transport = build_operator(*scene, options, report, timings);
         Stopwatch watch(timings);
-        SkyIrradiance direct(transport, scene->tracer(), patches, options.seed + patch_stream,
-                             report ? report("sky") : Progress{}, options.team);
+        SkyIrradiance direct(transport, SurfelPoints(scene->scene().surfels), scene->tracer(), patches,
+                             options.seed + patch_stream, report ? report("sky") : Progress{}, options.team);
         watch.lap("sky");
         return std::make_unique<SkyTransfer>(scene, std::move(transport), patches, std::move(direct),
                                              std::move(timings));

@@ -14,10 +14,11 @@ namespace {
 
 std::vector<float> seen_from(const Scene& scene, std::uint32_t i, int rays, int order) {
     const Tracer tracer(scene);
-    const SkyVisibility visibility(tracer, order, 3);
+    const SurfelPoints points(scene.surfels);
+    const SkyVisibility visibility(points, tracer, order, 3);
     SkyVisibility::Scratch scratch;
     std::vector<float> out(visibility.size());
-    visibility.find(scene.surfels.positions[i], scene.surfels.normals[i], i, rays, scratch, out.data());
+    visibility.find({scene.surfels.positions[i], scene.surfels.normals[i], i}, rays, scratch, out.data());
     return out;
 }
 

@@ -40,8 +40,8 @@ TEST(GroupOracle, SurfelsNearEachOtherAreLitAlikeAndThoseAcrossAreNot) {
     ASSERT_GT(cap.size(), 5u);
     float near = 0.0f, across = 0.0f;
     for (std::uint64_t stream = 0; stream < 50; ++stream) {
-        near += oracle.unlikeness(cap.data(), cap.size(), stream) / 50.0f;
-        across += oracle.unlikeness(all.data(), all.size(), stream) / 50.0f;
+        near += oracle.unlikeness(cap.data(), cap.size(), stream).unlike / 50.0f;
+        across += oracle.unlikeness(all.data(), all.size(), stream).unlike / 50.0f;
     }
     EXPECT_LT(near, 0.25f);
     EXPECT_GT(across, 0.5f);
@@ -53,12 +53,14 @@ TEST(GroupOracle, NothingDistantIsSeenFromInsideAndAllIsFromOutside) {
     std::vector<std::uint32_t> all(1000);
     std::iota(all.begin(), all.end(), 0u);
     const Surfels& s = inside.scene().surfels;
-    EXPECT_EQ(GroupOracle(s, SurfelPoints(s), inside.tracer(), true, 5).unlikeness(all.data(), all.size(), 0), 0.0f);
+    EXPECT_EQ(GroupOracle(s, SurfelPoints(s), inside.tracer(), true, 5).unlikeness(all.data(), all.size(), 0).unlike,
+              0.0f);
     Scene ball;
     append(ball, shapes::sphere(1000, 1.0, 1.0, 0.5, 0.0));
     const CompiledScene outside(ball);
     const Surfels& t = outside.scene().surfels;
-    EXPECT_GT(GroupOracle(t, SurfelPoints(t), outside.tracer(), true, 5).unlikeness(all.data(), all.size(), 0), 0.3f);
+    EXPECT_GT(GroupOracle(t, SurfelPoints(t), outside.tracer(), true, 5).unlikeness(all.data(), all.size(), 0).unlike,
+              0.3f);
 }
 
 TEST(GroupOracle, SurfelsAtOnePlaceAreFinite) {
@@ -71,7 +73,7 @@ TEST(GroupOracle, SurfelsAtOnePlaceAreFinite) {
     std::iota(same.begin(), same.end(), 0u);
     for (std::uint64_t stream = 0; stream < 100; ++stream) {
         const float found =
-            GroupOracle(s, points, compiled.tracer(), false, 5).unlikeness(same.data(), same.size(), stream);
+            GroupOracle(s, points, compiled.tracer(), false, 5).unlikeness(same.data(), same.size(), stream).unlike;
         EXPECT_TRUE(found >= 0.0f && found <= 1.0f) << found;
     }
 }

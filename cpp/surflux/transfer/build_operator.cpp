@@ -187,9 +187,9 @@ private:
         std::vector<double> weights;
         for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) weights.push_back(stands_for(j));
         if (options_.lighting == Lighting::distant)
-            test_ = std::make_unique<VisibilityTest>(tracer_, options_.seed + sky_stream);
+            test_ = std::make_unique<VisibilityTest>(points_, tracer_, options_.seed + sky_stream);
         else if (options_.lighting == Lighting::sky)
-            test_ = std::make_unique<SkyTest>(tracer_, out_.senders, out_.samples, reflectance(),
+            test_ = std::make_unique<SkyTest>(points_, tracer_, out_.senders, out_.samples, reflectance(),
                                               options_.seed + sky_stream);
         else
             test_ = std::make_unique<TestLights>(GroupLight(compiled_, out_.senders, out_.samples, points_, out_.areas),

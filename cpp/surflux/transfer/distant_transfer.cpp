@@ -84,19 +84,19 @@ DistantTransfer::DistantTransfer(std::shared_ptr<const CompiledScene> scene, Tra
     emitted_ = std::make_shared<const EmittedLight>(*scene_, *operator_);
 }
 
-DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
-                                            std::uint64_t seed, const Progress& progress, const Team& team) {
+DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const SurfelPoints& points,
+                                            const Tracer& tracer, int rays, std::uint64_t seed,
+                                            const Progress& progress, const Team& team) {
     const std::size_t rows = transport.rows.size();
     DistantTransfer::Visibility out{std::vector<std::int16_t>(rows * seen), std::vector<float>(rows)};
-    const SkyVisibility sky(tracer, DistantTransfer::visibility_order, seed + visibility_stream);
+    const SkyVisibility sky(points, tracer, DistantTransfer::visibility_order, seed + visibility_stream);
     shared_blocks(
         team, "visibility", [&] { return digest_of(seed, transport.positions); }, rows, 16,
         [&](std::size_t begin, std::size_t end) {
             SkyVisibility::Scratch scratch;
             std::vector<float> values(seen);
             for (std::size_t k = begin; k < end; ++k) {
-                sky.find(transport.positions[k], transport.normals[k], transport.surfels[k], rays, scratch,
-                         values.data());
+                sky.find(transport.place(k), rays, scratch, values.data());
                 float most = 0.0f;
                 for (const float v : values) most = std::max(most, std::abs(v));
                 out.scale[k] = most / finest;

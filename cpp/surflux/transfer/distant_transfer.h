@@ -56,7 +56,8 @@ private:
 };
 
 // What the rows of an operator see of the sky, by so many rays each.
-DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
-                                            std::uint64_t seed, const Progress& progress, const Team& team = {});
+DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const SurfelPoints& points,
+                                            const Tracer& tracer, int rays, std::uint64_t seed,
+                                            const Progress& progress, const Team& team = {});
 
 }  // namespace surflux

@@ -6,6 +6,7 @@
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/surfels.h"
 #include "surflux/trace/tracer.h"
+#include "surflux/transfer/sender_groups.h"
 
 namespace surflux {
 
@@ -17,9 +18,8 @@ public:
                 std::uint64_t seed)
         : surfels_(surfels), points_(points), tracer_(tracer), distant_(distant), seed_(seed) {}
 
-    // The mean over pairs of members, of which there are some, of |a - b| / (a + b): 0 where they are lit alike, 1
-    // where only one is. `stream`: of the random numbers of this group.
-    float unlikeness(const std::uint32_t* members, std::size_t count, std::uint64_t stream) const;
+    // By pairs of members, of which there are some. `stream`: of the random numbers of this group.
+    SenderGroups::Lit unlikeness(const std::uint32_t* members, std::size_t count, std::uint64_t stream) const;
 
 private:
     const Surfels& surfels_;

@@ -123,6 +123,7 @@ void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& c
         out.positions.push_back(places[k].position);
         out.normals.push_back(places[k].normal);
         out.surfels.push_back(places[k].surfel);
+        out.shapes.push_back(places[k].shape);
         out.rays += static_cast<std::size_t>(counts[k]);
     }
 }

@@ -97,10 +97,14 @@ SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas,
             // Few surfels that lie scattered are seen from near, each by others.
             const float around = scattered * static_cast<float>(pi) * node.radius * node.radius;
             node.weight *= node.area > 0.0f ? 1.0f + around / node.area : 0.0f;
-            node.weight *= unlikeness(halving.order.data() + range.first, range.last - range.first, before + k);
+            const Lit lit = unlikeness(halving.order.data() + range.first, range.last - range.first, before + k);
+            node.weight *= lit.unlike;
+            if (lit.parted) node.alike = 0.0f;
         });
         for (std::size_t k = before; k < nodes.size(); ++k) open.push(static_cast<std::uint32_t>(k));
     }
+    for (std::size_t k = nodes.size(); k-- > 1;)  // what parts some parts all
+        if (nodes[k].alike == 0.0f) nodes[nodes[k].parent].alike = 0.0f;
     number_by_place(ranges);
     leaf_of_surfel.resize(scene.surfels.size());
     for (std::uint32_t k = 0; k < nodes.size(); ++k)

@@ -23,14 +23,19 @@ public:
         std::uint32_t parent = none, child = none;  // the first of two, which are neighbours; none of a leaf
         float area = 0.0f;
         float radius = 0.0f;  // of a sphere around the mean position, around all of its surfels
-        float alike = 0.0f;   // length of the mean of their normals
+        float alike = 0.0f;   // length of the mean of their normals; 0 where light of some is hidden from others
         float weight = 0.0f;  // times what its surfels are unlike
         bool is_leaf() const { return child == none; }
     };
 
     SenderGroups() = default;
-    // How unlike the surfels of a group are lit, and a number for the random numbers that it takes.
-    using Unlikeness = std::function<float(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)>;
+    // How unlike the surfels of a group are lit, from a number for the random numbers that it takes.
+    struct Lit {
+        float unlike =
+            0.0f;  // the mean of |a - b| / (a + b) over pairs: 0 where they are lit alike, 1 where one alone is
+        bool parted = false;  // is light of some hidden from others?
+    };
+    using Unlikeness = std::function<Lit(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)>;
     // `areas`: what of each surfel sends and receives; others are in groups, too, for rays that meet them. `weight`:
     // how much light is to be expected there, by area: the groups are halved first for which, times `unlikeness`, it is
     // most.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/vec.h"
+#include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
@@ -28,8 +29,10 @@ struct ShotRows {
     static constexpr std::size_t most_rays = 255;  // of one link
     static constexpr float share_scale = 65535.0f;
 
-    std::vector<Vec3> positions, normals;  // of receivers
-    std::vector<std::uint32_t> surfels;    // that they lie on
+    std::vector<Vec3> positions, normals;        // of receivers
+    std::vector<std::uint32_t> surfels, shapes;  // that they lie on, and are
+    Place place(std::size_t row) const { return {positions[row], normals[row], surfels[row], shapes[row]}; }
+
     std::vector<Row> rows;
     std::vector<Link> links;
     std::size_t rays = 0;

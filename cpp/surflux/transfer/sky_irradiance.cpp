@@ -6,7 +6,6 @@
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
@@ -37,8 +36,9 @@ struct PatchDirections {
 
 }  // namespace
 
-SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& tracer, const SkyPatches& patches,
-                             std::uint64_t seed, const Progress& progress, const Team& team) {
+SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const SurfelPoints& points, const Tracer& tracer,
+                             const SkyPatches& patches, std::uint64_t seed, const Progress& progress,
+                             const Team& team) {
     constexpr std::size_t grain = 16;
     const PatchDirections parts(patches);
     const std::size_t rows = transport.rows.size(), of_patch = std::max<std::size_t>(1, rays_of_sky / patches.size());
@@ -57,22 +57,22 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
             std::vector<Patch> asked;
             std::vector<double> cosines, values;
             for (std::size_t k = from_row; k < to_row; ++k) {
-                const Departure from{transport.positions[k], transport.normals[k], transport.surfels[k]};
-                EvenPoints even(2, seed, stream_of({from.position, from.normal, from.surfel}));
+                const Place place = transport.place(k);
+                EvenPoints even(points.extends(place) ? 4 : 2, seed, stream_of(place));
                 rays.clear();
                 asked.clear();
                 cosines.clear();
-                const auto shoot = [&](const Vec3& direction) {
-                    const double cosine = dot(direction, from.normal);
+                const auto shoot = [&](const Vec3& direction, const double* u) {
+                    const double cosine = dot(direction, place.normal);
                     if (cosine <= 0.0) return;
-                    rays.push_back({from, direction});
+                    rays.push_back({{points.at(place, u[2], u[3]), place.normal, place.surfel}, direction});
                     cosines.push_back(cosine);
                 };
                 for (std::size_t patch = 0; patch < patches.size(); ++patch) {
                     double sum = 0.0, most = 0.0;
                     Vec3 highest;
                     for (std::size_t i = parts.begin[patch]; i < parts.begin[patch + 1]; ++i) {
-                        const double cosine = dot(parts.directions[i], from.normal);
+                        const double cosine = dot(parts.directions[i], place.normal);
                         if (cosine > most) most = cosine, highest = parts.directions[i];
                         sum += std::max(0.0, cosine);
                     }
@@ -82,9 +82,9 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
                         {static_cast<std::uint16_t>(patch), patches.solid_angles()[patch] * sum / count, rays.size()});
                     for (std::size_t r = 0; r < (patch == 0 ? rays_of_ground : of_patch); ++r) {
                         const double* u = even.next();
-                        shoot(patches.place_in(patch, u[0], u[1]));
+                        shoot(patches.place_in(patch, u[0], u[1]), u);
                     }
-                    if (rays.size() == asked.back().first) shoot(highest);
+                    if (rays.size() == asked.back().first) shoot(highest, even.next());
                 }
                 tracer.free(rays, free);
                 values.clear();
@@ -164,9 +164,10 @@ struct SkyTest::Scratch {
     std::vector<double> at = std::vector<double>(SphericalHarmonics::count(order));
 };
 
-SkyTest::SkyTest(const Tracer& tracer, const SenderGroups& senders, const SenderSamples& samples,
-                 const std::vector<float>& reflectance, std::uint64_t seed)
+SkyTest::SkyTest(const SurfelPoints& points, const Tracer& tracer, const SenderGroups& senders,
+                 const SenderSamples& samples, const std::vector<float>& reflectance, std::uint64_t seed)
     : RowTest(amplitudes()),
+      points_(points),
       tracer_(tracer),
       seed_(seed),
       sent_(senders.size() * SphericalHarmonics::count(order), 0.0f) {
@@ -189,13 +190,14 @@ SkyTest::SkyTest(const Tracer& tracer, const SenderGroups& senders, const Sender
     senders.pull_up(sent_, n);
 }
 
-void SkyTest::add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const {
-    const Frame frame = frame_around(from.normal);
-    EvenPoints even(2, seed_, stream_of({from.position, from.normal, from.surfel}));
+void SkyTest::add_direct(const Place& place, int rays, Scratch& scratch, float* halves) const {
+    const Frame frame = frame_around(place.normal);
+    EvenPoints even(points_.extends(place) ? 4 : 2, seed_, stream_of(place));
     scratch.rays.clear();
     for (int k = 0; k < rays; ++k) {
         const double* u = even.next();
-        scratch.rays.push_back({from, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+        scratch.rays.push_back({{points_.at(place, u[2], u[3]), place.normal, place.surfel},
+                                frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
     }
     tracer_.free(scratch.rays, scratch.free);
     const std::size_t n = size();
@@ -212,7 +214,7 @@ void SkyTest::find(const ShotRows& of, std::size_t begin, std::size_t end, float
     Scratch scratch;
     for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) {
         const auto rays = static_cast<int>(std::lround(1.0f / of.rows[k].per_ray));
-        add_direct({of.positions[k], of.normals[k], of.surfels[k]}, rays, scratch, halves);
+        add_direct(of.place(k), rays, scratch, halves);
         add_reflected(of, k, sent_, halves);
     }
 }

@@ -5,6 +5,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/team.h"
+#include "surflux/lights/sample_points.h"
 #include "surflux/lights/sky_patches.h"
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/row_test.h"
@@ -19,8 +20,8 @@ namespace surflux {
 class SkyIrradiance {
 public:
     SkyIrradiance() = default;
-    SkyIrradiance(const TransportOperator& transport, const Tracer& tracer, const SkyPatches& patches,
-                  std::uint64_t seed, const Progress& progress, const Team& team = {});
+    SkyIrradiance(const TransportOperator& transport, const SurfelPoints& points, const Tracer& tracer,
+                  const SkyPatches& patches, std::uint64_t seed, const Progress& progress, const Team& team = {});
 
     // By row, from radiances of patches: `channels` interleaved values each.
     void receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const;
@@ -44,7 +45,7 @@ public:
     static constexpr int order = 5;
 
     // `reflectance`: by node of the senders, `colors` each.
-    SkyTest(const Tracer& tracer, const SenderGroups& senders, const SenderSamples& samples,
+    SkyTest(const SurfelPoints& points, const Tracer& tracer, const SenderGroups& senders, const SenderSamples& samples,
             const std::vector<float>& reflectance, std::uint64_t seed);
 
 private:
@@ -52,8 +53,9 @@ private:
     static std::vector<float> amplitudes();
     void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override;
     // Adds what the halves of so many rays bring, each as an estimate.
-    void add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const;
+    void add_direct(const Place& place, int rays, Scratch& scratch, float* halves) const;
 
+    const SurfelPoints& points_;
     const Tracer& tracer_;
     SphericalHarmonics harmonics_{order};
     std::uint64_t seed_;

@@ -5,20 +5,19 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
-void SkyVisibility::find(const Vec3& position, const Vec3& normal, std::uint32_t surfel, int rays, Scratch& scratch,
-                         float* values, float* halves) const {
+void SkyVisibility::find(const Place& place, int rays, Scratch& scratch, float* values, float* halves) const {
+    const Vec3& normal = place.normal;
     const Frame frame = frame_around(normal);
-    EvenPoints even(2, seed_, stream_of({position, normal, surfel}));
+    EvenPoints even(points_.extends(place) ? 4 : 2, seed_, stream_of(place));
     scratch.rays.clear();
     for (int k = 0; k < rays; ++k) {
         const double* u = even.next();
         const double sine = std::sqrt(std::max(0.0, 1.0 - u[0] * u[0])), phi = 2.0 * pi * u[1];
         const Vec3 local{sine * std::cos(phi), sine * std::sin(phi), u[0]};
-        scratch.rays.push_back({{position, normal, surfel}, frame.to_world(local)});
+        scratch.rays.push_back({{points_.at(place, u[2], u[3]), normal, place.surfel}, frame.to_world(local)});
     }
     tracer_.free(scratch.rays, scratch.free);
     // Of the rays that are free and those that are not the fewer are added up: all, and none, are exact.
@@ -49,16 +48,16 @@ void SkyVisibility::find(const Vec3& position, const Vec3& normal, std::uint32_t
 }
 
 // The mean square is one over the sphere.
-VisibilityTest::VisibilityTest(const Tracer& tracer, std::uint64_t seed)
+VisibilityTest::VisibilityTest(const SurfelPoints& points, const Tracer& tracer, std::uint64_t seed)
     : RowTest(SphericalHarmonics::count(order), static_cast<float>(order / std::sqrt(4.0 * pi))),
-      visibility_(tracer, order, seed) {}
+      visibility_(points, tracer, order, seed) {}
 
 void VisibilityTest::find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const {
     SkyVisibility::Scratch scratch;
     std::vector<float> all(size());
     for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) {
         const auto rays = static_cast<int>(std::lround(1.0f / of.rows[k].per_ray));
-        visibility_.find(of.positions[k], of.normals[k], of.surfels[k], rays, scratch, all.data(), halves);
+        visibility_.find(of.place(k), rays, scratch, all.data(), halves);
     }
 }
 

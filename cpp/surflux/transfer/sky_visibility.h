@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/lights/sample_points.h"
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/row_test.h"
 #include "surflux/transfer/spherical_harmonics.h"
@@ -15,8 +16,8 @@ namespace surflux {
 // alone; whoever uses it takes off what is below the horizon of the surface there.
 class SkyVisibility {
 public:
-    SkyVisibility(const Tracer& tracer, int order, std::uint64_t seed)
-        : tracer_(tracer), harmonics_(order), seed_(seed) {}
+    SkyVisibility(const SurfelPoints& points, const Tracer& tracer, int order, std::uint64_t seed)
+        : points_(points), tracer_(tracer), harmonics_(order), seed_(seed) {}
 
     std::size_t size() const { return harmonics_.size(); }
 
@@ -25,12 +26,12 @@ public:
         std::vector<char> free;
         std::vector<double> at, sums;
     };
-    // Into values[0, size()), by so many rays, evenly over the hemisphere. `halves`: as far as the first and the second
-    // half of them say, 2 size(), or null.
-    void find(const Vec3& position, const Vec3& normal, std::uint32_t surfel, int rays, Scratch& scratch, float* values,
-              float* halves = nullptr) const;
+    // Into values[0, size()), by so many rays, evenly over the hemisphere, and over the patch where the place is one.
+    // `halves`: as far as the first and the second half of them say, 2 size(), or null.
+    void find(const Place& place, int rays, Scratch& scratch, float* values, float* halves = nullptr) const;
 
 private:
+    const SurfelPoints& points_;
     const Tracer& tracer_;
     SphericalHarmonics harmonics_;
     std::uint64_t seed_;
@@ -43,7 +44,7 @@ class VisibilityTest : public RowTest {
 public:
     static constexpr int order = 5;
 
-    VisibilityTest(const Tracer& tracer, std::uint64_t seed);
+    VisibilityTest(const SurfelPoints& points, const Tracer& tracer, std::uint64_t seed);
 
 private:
     void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override;

@@ -6,12 +6,15 @@
 
 namespace surflux {
 
+Place TransportOperator::place(std::size_t row) const {
+    return {positions[row], normals[row], surfels[row], row < first_own_row() ? Place::point : surfels[row]};
+}
+
 void TransportOperator::gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out,
                                Part part) const {
     constexpr std::size_t ahead = 32;
     out.resize(rows.size() * channels);
-    // Rows are in the order of their functions: first those of coarse levels, last those of surfels' own.
-    const std::size_t own = level_begin.back() - level_begin[own_level()], end_of_basis = rows.size() - own;
+    const std::size_t end_of_basis = first_own_row(), own = rows.size() - end_of_basis;
     const std::size_t first =
         part == Part::all ? end_of_basis : std::min<std::size_t>(end_of_basis, level_begin[bounce_end()]);
     with_fixed(channels, [&](const auto count) {

@@ -67,6 +67,8 @@ struct TransportOperator {
     std::vector<Row> rows;
     std::vector<Link> links;
     std::vector<Slope> slopes;  // of links
+    // Where a row's rays leave: all of its surfel where it is of surfels' own, else a point.
+    Place place(std::size_t row) const;
 
     // Functions of the basis, coarse levels first: the receiver at the point of each, and its parents, the functions of
     // coarser levels there, that it is the difference from (L07 eq. 10). Behind them those of surfels that the basis is
@@ -108,6 +110,8 @@ struct TransportOperator {
 
     // Levels of the basis; behind them stands one of surfels' own rows.
     std::size_t own_level() const { return level_begin.size() - 2; }
+    // Rows are in the order of their functions: first those of coarse levels, last those of surfels' own.
+    std::size_t first_own_row() const { return rows.size() - (level_begin.back() - level_begin[own_level()]); }
     // The first level that is not for reflections.
     std::size_t bounce_end() const { return std::min(bounce_levels, own_level()); }
 };
