@@ -31,7 +31,7 @@ def file_beside(folder, name):
     return file_in(folder, name.replace(b"\\", b"/").rsplit(b"/", 1)[-1])
 
 
-def paint(path, materials, which, looks, textured):
+def paint(path, materials, which, looks, textured, without):
     """Puts the textures of materials on the faces that have them, in place, times what these have there; [TextureUse].
 
     Where that is 0, or nothing, the texture counts by itself. What cannot be had is warned of.
@@ -42,6 +42,7 @@ def paint(path, materials, which, looks, textured):
         which: (f,) material of each face; larger where it has none.
         looks: by keyword, as b"kd": (f, 3) float, and what white is.
         textured: TexturedFaces, or None where no corner has a place on a texture.
+        without: what warnings name as counting, beside Ke, where there is no texture.
     """
     painted, lost, unplaced, clear = {}, [], 0, []  # by file, for one texture at a time is in memory
     uses = []
@@ -85,16 +86,12 @@ def paint(path, materials, which, looks, textured):
             uses.append(TextureUse(faces, tints, read, scale, shift, keyword == b"ke"))
     if lost:
         more = f" (and {len(set(lost)) - 1} more)" if len(set(lost)) > 1 else ""
-        warn(f"{path}: texture {lost[0]}{more}; {_alone(looks)} there")
+        warn(f"{path}: texture {lost[0]}{more}; {without} and Ke alone count there")
     warn_of_transparency(path, "alpha of map_Kd", clear)
     if unplaced:
         what = "has a texture and no place on it" if unplaced == 1 else "have a texture and no place on it"
-        warn(f"{path}: {counted(unplaced, 'face')} {what} (vt); {_alone(looks)} there")
+        warn(f"{path}: {counted(unplaced, 'face')} {what} (vt); {without} and Ke alone count there")
     return uses
-
-
-def _alone(looks):
-    return "Kd and Ke alone count" if len(looks) > 1 else "Ke alone counts"
 
 
 def _file(folder, name):
