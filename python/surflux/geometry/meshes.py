@@ -12,8 +12,9 @@ from surflux._base.files import require_file
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 from surflux.geometry.gltf_materials import check_colors, factors_of_file, take_strengths
 from surflux.geometry.obj_mesh import read_obj_mesh
+from surflux.geometry.off import read_off_mesh
 from surflux.geometry.ply_mesh import read_ply_mesh
-from surflux.geometry.stl import require_whole_stl
+from surflux.geometry.stl import read_stl_mesh
 from surflux.geometry.transparency import warn_of_transparency
 
 
@@ -40,11 +41,11 @@ def file_named(mesh):
 def read_mesh(mesh):
     """Vertices and polygons of a mesh.
 
-    PLY and OBJ are read by surflux itself, with materials and textures of OBJ: quads and larger polygons stay whole,
-    OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
+    PLY, OBJ, OFF and STL are read by surflux itself, with materials and textures of OBJ: quads and larger polygons stay
+    whole, OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
     triangles; VTK makes three vertices of one where texture coordinates or normals differ, so that neighbours no longer
     share edges.)
-    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
+    VTK's formats go through pyvista; glTF through trimesh, the extra surflux[meshes].
 
     Args:
         mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; (vertices (v, 3), faces), where faces are an (f, k)
@@ -71,27 +72,23 @@ def read_mesh(mesh):
 
 PYVISTA_SUFFIXES = (".vtp", ".vtk")
 GLTF = (".glb", ".gltf")  # which have y up, by their specification
-TRIMESH_SUFFIXES = (".stl", ".off", *GLTF)  # those it needs no further package for
+MESHES_ALONE = (*PYVISTA_SUFFIXES, ".stl", ".off", *GLTF)  # never read as points
+_READERS = {".ply": read_ply_mesh, ".obj": read_obj_mesh, ".stl": read_stl_mesh, ".off": read_off_mesh}
 
 
 def _read_file(path):
     suffix = Path(path).suffix.lower()
     require_file(path)
-    if suffix == ".ply":
-        mesh = read_ply_mesh(path)
-    elif suffix == ".obj":
-        mesh = read_obj_mesh(path)
+    if suffix in _READERS:
+        mesh = _READERS[suffix](path)
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)
-    elif suffix in TRIMESH_SUFFIXES:
-        if suffix == ".stl":
-            require_whole_stl(path)
+    elif suffix in GLTF:
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
-        if suffix in GLTF:
-            check_colors(path)
-            warn_of_transparency(path, "alphaMode", mesh.clear)
+        check_colors(path)
+        warn_of_transparency(path, "alphaMode", mesh.clear)
     else:
-        supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
+        supported = ", ".join((".ply", ".obj", *MESHES_ALONE))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
     problem = _problem(mesh)
     if problem:
@@ -129,8 +126,6 @@ def _read_with_trimesh(path):
     import trimesh
 
     scene = trimesh.load(path)
-    if Path(path).suffix.lower() not in GLTF:
-        return _convert(scene)
     take_strengths(path, scene)
     return _convert(scene, factors_of_file(path))  # parts of a scene stay apart, each with its material
 

@@ -14,8 +14,8 @@ from surflux.geometry.textures import TexturedFaces
 def read_obj_mesh(path):
     """The Mesh of an OBJ file.
 
-    A face has its texture (map_Kd), else the colours of its vertices, else Kd. Programs differ where a file has both
-    colours and a texture: most show the texture, and files of photogrammetry say the same by either.
+    A face has its texture (map_Kd), else the colours of its vertices, else Kd. Colours are no factors of the texture,
+    as they are in glTF: files of photogrammetry say the same by either.
     """
     vertices, offsets, indices, colors, materials, (places, of_corners) = _core.read_obj(path)
     mesh = Mesh(vertices, offsets, indices.astype(np.int64), None)
