@@ -8,7 +8,7 @@ import numpy as np
 from surflux._base.check import counted
 from surflux._base.color import WHITE
 from surflux._base.warn import warn
-from surflux.geometry.obj_textures import COMMENT, file_beside, file_in, paint
+from surflux.geometry.obj_textures import COMMENT, Words, file_beside, file_in, paint
 from surflux.geometry.transparency import warn_of_transparency
 
 USUAL = 0.5  # what is reflected where a file says nothing
@@ -61,7 +61,8 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, colored=None)
     warn_of_transparency(path, "d, Tr or map_d", clear)
     rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", USUAL), (b"ke", 0.0)))
     kd, looks = rho.copy(), {b"kd": (rho, WHITE), b"ke": (glow, 1.0)}
-    uses = paint(path, used, which, looks, textured, "colours of vertices, Kd" if colored.any() else "Kd")
+    without = "colours of vertices, Kd and Ke alone count" if colored.any() else "Kd and Ke alone count"
+    uses = paint(path, used, which, looks, textured, Words(without, "vt", "map_Kd"))
     by_vertices = colored.copy()
     for use in uses:
         by_vertices[use.faces] &= use.shines

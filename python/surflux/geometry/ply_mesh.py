@@ -1,4 +1,4 @@
-"""Meshes of PLY files, with reflectance, colours and emission of vertices or faces."""
+"""Meshes of PLY files, with reflectance, colours and emission of vertices or faces, and textures."""
 
 import numpy as np
 
@@ -6,6 +6,7 @@ from surflux import _core
 from surflux._base.color import COLOR_CHOICES
 from surflux.geometry.file_colors import reflectance_in_file
 from surflux.geometry.foreign_meshes import Mesh
+from surflux.geometry.ply_textures import with_textures
 
 
 def read_ply_mesh(path):
@@ -24,7 +25,9 @@ def read_ply_mesh(path):
     exitance = _ply_linear(path, ply, "face", "emission")
     if exitance is None and (of_vertices := _ply_linear(path, ply, "vertex", "emission")) is not None:
         exitance = mesh.mean_of_corners(of_vertices)
-    return mesh._replace(exitance=exitance)
+    mesh = mesh._replace(exitance=exitance)
+    has_reflectance = any("reflectance_r" in columns for columns in ply["columns"].values())
+    return mesh if has_reflectance else with_textures(path, mesh, ply)
 
 
 def _ply_reflectance(path, ply, element):
