@@ -103,13 +103,15 @@ void write_ply_file(const std::filesystem::path& path, const std::vector<NamedEl
 }  // namespace
 
 void bind_files(py::module_& module) {
-    module.def("read_ply", &read_ply_file, py::arg("path"),
-               py::arg("keep") = std::vector<std::string>{"vertex", "face"},
-               "Columns by element and name (float64), their types, face corners as offsets and indices, texcoord of faces "
-               "as offsets and numbers, comments.");
-    module.def("read_obj", &read_obj_file, py::arg("path"),
-               "(vertices, face offsets, face indices, vertex colors, NaN for none, or None, (libraries, names, name of "
-               "each face), the first two in bytes, (u v of each place on a texture, place of each index: empty without any))");
+    module.def(
+        "read_ply", &read_ply_file, py::arg("path"), py::arg("keep") = std::vector<std::string>{"vertex", "face"},
+        "Columns by element and name (float64), their types, face corners as offsets and indices, texcoord of faces "
+        "as offsets and numbers, comments.");
+    module.def(
+        "read_obj", &read_obj_file, py::arg("path"),
+        "(vertices, face offsets, face indices, vertex colors, NaN for none, or None, (libraries, names, name of "
+        "each face), the first two in bytes, (u v of each place on a texture, place of each index: empty without "
+        "any))");
     module.def("write_ply", &write_ply_file, py::arg("path"), py::arg("elements"), py::arg("faces") = py::none(),
                py::arg("comments") = std::vector<std::string>{},
                "elements: [(name, rows, [(column, type, values)])]; faces: (offsets, indices) of the element face.");

@@ -48,9 +48,9 @@ struct PlyData {
 };
 
 // Reads ascii and binary PLY of either byte order. Of the elements in `keep` the scalar properties come back, of `face`
-// the polygons and texcoord too; everything else is stepped over. No count of the header is believed before the bytes are there.
-// Throws FileError where anything is wrong: also for coordinates x, y, z of a vertex that are not finite and for face
-// corners that are no vertex.
+// the polygons and texcoord too; everything else is stepped over. No count of the header is believed before the bytes
+// are there. Throws FileError where anything is wrong: also for coordinates x, y, z of a vertex that are not finite and
+// for face corners that are no vertex.
 PlyData read_ply(const std::string& path, const std::vector<std::string>& keep = {"vertex", "face"});
 
 // The same for a file that is in memory already; `path` is for messages.

@@ -2,12 +2,11 @@
 
 import re
 from itertools import chain
-from pathlib import Path
 
 import numpy as np
 
 from surflux._base.check import counted
-from surflux._base.files import file_error
+from surflux._base.files import bytes_of, file_error
 from surflux._base.warn import warn
 from surflux.geometry.file_colors import reflectance_in_file
 from surflux.geometry.foreign_meshes import Mesh
@@ -26,14 +25,14 @@ def read_off_mesh(path):
     Raises:
         FileError: with the line.
     """
-    rows = [line.split(b"#", 1)[0].split() for line in Path(path).read_bytes().removeprefix(_MARK).splitlines()]
+    rows = [line.split(b"#", 1)[0].split() for line in bytes_of(path).removeprefix(_MARK).splitlines()]
     lines = [number for number, words in enumerate(rows, 1) if words]
     rows = [words for words in rows if words]
     header, sizes = _header(path, rows)
     if not sizes:
         rows, lines = rows[1:], lines[1:]
         sizes = rows[0] if rows else []
-    if len(sizes) < 2 or not all(word.isdigit() for word in sizes):
+    if len(sizes) < 2 or not all(word.isdigit() and len(word) <= _DIGITS for word in sizes[:2]):
         got = _text(sizes) if sizes else "nothing"
         place = f"line {lines[0]}" if lines else None
         raise file_error(path, f"wanted the numbers of its vertices and faces, got {got}", place)

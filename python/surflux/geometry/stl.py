@@ -1,13 +1,12 @@
 """STL files, of bytes or of text, with the colours that VisCAM and Magics put into their attributes."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 
 from surflux._base.check import counted
 from surflux._base.color import reflectance_of_colors
-from surflux._base.files import file_error
+from surflux._base.files import bytes_of, file_error
 from surflux.geometry.foreign_meshes import Mesh
 
 _HEADER = 84  # bytes: a comment of 80 and the number of triangles
@@ -25,17 +24,14 @@ def read_stl_mesh(path):
     Raises:
         FileError: it is cut off, or none, or a corner is not finite.
     """
-    try:
-        data = Path(path).read_bytes()
-    except OSError as fault:
-        raise file_error(path, f"cannot be read: {fault.strerror or fault}") from fault
+    data = bytes_of(path)
     _require_whole(path, data)
     if _is_text(data):
         corners, of_faces = _corners_of_text(path, data), None
     else:
         triangles = np.frombuffer(data, _TRIANGLE, offset=_HEADER)
         corners = triangles["corners"].astype(np.float64)
-        of_faces = _colors(data[:_HEADER], triangles["attribute"])
+        of_faces = _colors(data[: _HEADER - 4], triangles["attribute"])
     finite = np.isfinite(corners).all(axis=2)
     if not finite.all():
         row, corner = np.argwhere(~finite)[0]
@@ -92,7 +88,7 @@ def _colors(header, attributes):
     if b"COLOR=" not in header:  # of VisCAM: blue, green, red
         return np.where(flagged[:, None], reflectance_of_colors(bits[:, ::-1], 31.0), 0.5) if flagged.any() else None
     at = header.index(b"COLOR=") + len(b"COLOR=")
-    of_object = reflectance_of_colors(np.frombuffer(header[at : at + 3].ljust(3), np.uint8), 255.0)
+    of_object = reflectance_of_colors(np.frombuffer(header[at : at + 3].ljust(3, b"\0"), np.uint8), 255.0)
     own = ~flagged & bool(attributes.any())  # 0 throughout is what programs write that know of no colours
     return np.where(own[:, None], reflectance_of_colors(bits, 31.0), of_object)
 
