@@ -36,8 +36,8 @@ py::list to_bytes(const std::vector<std::string>& names) {
     return out;
 }
 
-py::array_t<std::int64_t> offsets_of(const Polygons& polygons) {
-    return to_array(std::vector<std::int64_t>(polygons.begin.begin(), polygons.begin.end()));
+py::array_t<std::int64_t> offsets_of(const std::vector<std::size_t>& begin) {
+    return to_array(std::vector<std::int64_t>(begin.begin(), begin.end()));
 }
 
 py::dict read_ply_file(const std::filesystem::path& path, const std::vector<std::string>& keep) {
@@ -58,8 +58,9 @@ py::dict read_ply_file(const std::filesystem::path& path, const std::vector<std:
     out["elements"] = elements;
     out["columns"] = columns;
     out["types"] = types;
-    out["face_offsets"] = offsets_of(data.faces);
+    out["face_offsets"] = offsets_of(data.faces.begin);
     out["face_indices"] = to_array(data.faces.corners);
+    out["face_texcoord"] = py::make_tuple(offsets_of(data.texcoord.begin), to_array(data.texcoord.values));
     out["comments"] = to_texts(data.comments);
     out["object_info"] = to_texts(data.object_info);
     return out;
@@ -72,7 +73,7 @@ py::tuple read_obj_file(const std::filesystem::path& path) {
         py::make_tuple(to_bytes(data.libraries), to_bytes(data.materials), to_array(data.face_materials));
     std::vector<float> places;
     for (const ObjData::TexturePlace& at : data.texture_places) places.insert(places.end(), {at.u, at.v});
-    return py::make_tuple(to_array(data.vertices), offsets_of(data.faces), to_array(data.faces.corners), colors,
+    return py::make_tuple(to_array(data.vertices), offsets_of(data.faces.begin), to_array(data.faces.corners), colors,
                           materials, py::make_tuple(to_array(places), to_array(data.texture_corners)));
 }
 
@@ -102,12 +103,15 @@ void write_ply_file(const std::filesystem::path& path, const std::vector<NamedEl
 }  // namespace
 
 void bind_files(py::module_& module) {
-    module.def("read_ply", &read_ply_file, py::arg("path"),
-               py::arg("keep") = std::vector<std::string>{"vertex", "face"},
-               "Columns by element and name (float64), their types, face corners as offsets and indices, comments.");
-    module.def("read_obj", &read_obj_file, py::arg("path"),
-               "(vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), "
-               "the first two in bytes, (u v of each place on a texture, place of each index: empty without any))");
+    module.def(
+        "read_ply", &read_ply_file, py::arg("path"), py::arg("keep") = std::vector<std::string>{"vertex", "face"},
+        "Columns by element and name (float64), their types, face corners as offsets and indices, texcoord of faces "
+        "as offsets and numbers, comments.");
+    module.def(
+        "read_obj", &read_obj_file, py::arg("path"),
+        "(vertices, face offsets, face indices, vertex colors, NaN for none, or None, (libraries, names, name of "
+        "each face), the first two in bytes, (u v of each place on a texture, place of each index: empty without "
+        "any))");
     module.def("write_ply", &write_ply_file, py::arg("path"), py::arg("elements"), py::arg("faces") = py::none(),
                py::arg("comments") = std::vector<std::string>{},
                "elements: [(name, rows, [(column, type, values)])]; faces: (offsets, indices) of the element face.");

@@ -502,11 +502,11 @@ def ray_ends(scene: Scene, points: typing.Annotated[numpy.typing.ArrayLike, nump
     ...
 def read_obj(path: os.PathLike | str | bytes) -> tuple:
     """
-    (vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), the first two in bytes, (u v of each place on a texture, place of each index: empty without any))
+    (vertices, face offsets, face indices, vertex colors, NaN for none, or None, (libraries, names, name of each face), the first two in bytes, (u v of each place on a texture, place of each index: empty without any))
     """
 def read_ply(path: os.PathLike | str | bytes, keep: collections.abc.Sequence[str] = ['vertex', 'face']) -> dict:
     """
-    Columns by element and name (float64), their types, face corners as offsets and indices, comments.
+    Columns by element and name (float64), their types, face corners as offsets and indices, texcoord of faces as offsets and numbers, comments.
     """
 def reference_irradiance(scene: Scene, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], normals: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], samples: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, small_emitters: typing.SupportsFloat | typing.SupportsIndex = 0.15, progress: typing.Any = None, team: typing.Any = None) -> tuple:
     ...

@@ -1,5 +1,6 @@
 #include "surflux/files/obj.h"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -56,9 +57,12 @@ TEST(Obj, CommentsBehindNamesGoOnToNoOtherLine) {
     EXPECT_EQ(data.libraries, (std::vector<std::string>{"a.mtl # of C:\\work\\"}));
 }
 
-TEST(Obj, ColorsCountWhereEveryVertexHasThem) {
-    EXPECT_EQ(read("v 0 0 0 .25 .5 1\nv 1 0 0 0 0 0\n").colors.at(0).y, 0.5);
-    EXPECT_TRUE(read("v 0 0 0 .25 .5 1\nv 1 0 0\n").colors.empty());
+TEST(Obj, VerticesHaveColorsOrNaN) {
+    const ObjData data = read("v 0 0 0 .25 .5 1\nv 1 0 0\nv 1 0 0 0 0 0\n");
+    EXPECT_EQ(data.colors.at(0).y, 0.5);
+    EXPECT_TRUE(std::isnan(data.colors.at(1).x) && std::isnan(data.colors.at(1).z));
+    EXPECT_EQ(data.colors.at(2).z, 0.0);
+    EXPECT_TRUE(read("v 0 0 0\n").colors.empty());
     EXPECT_TRUE(read("v 0 0 0 1\n").colors.empty());  // a weight
 }
 

@@ -48,6 +48,16 @@ TEST_F(Ply, ReadsBothByteOrdersWithAnyElementAndPropertyOrder) {
         for (const std::string newline : {"\n", "\r\n", "\r"}) expect_binary_file(read(binary_file(big, newline)));
 }
 
+TEST_F(Ply, ReadsTexcoordOfFaces) {
+    const PlyData data = read(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nelement face 2\n"
+        "property list uchar float texcoord\nproperty list uchar int vertex_indices\nend_header\n"
+        "0\n1\n2\n6 0 .25 1 0 nan 1 3 0 1 2\n0 3 2 1 0\n");
+    EXPECT_EQ(data.texcoord.begin, (std::vector<std::size_t>{0, 6, 6}));
+    EXPECT_EQ(data.texcoord.values[1], 0.25);
+    EXPECT_EQ(data.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 0}));
+}
+
 TEST_F(Ply, ReadsEveryTypeByBothNames) {
     const std::vector<std::vector<std::string>> names{{"char", "int8"},     {"uchar", "uint8"},   {"short", "int16"},
                                                       {"ushort", "uint16"}, {"int", "int32"},     {"uint", "uint32"},

@@ -18,6 +18,7 @@ void check(const PlyData& data) {
     hold(data.faces.begin.front() == 0 && data.faces.begin.back() == data.faces.corners.size(), "faces end at the end");
     for (std::size_t i = 0; i < data.faces.size(); ++i)
         hold(data.faces.begin[i] <= data.faces.begin[i + 1], "faces follow each other");
+    hold(data.texcoord.begin.back() == data.texcoord.values.size(), "texcoord ends at the end");
     for (const std::uint32_t corner : data.faces.corners)
         hold(vertex && corner < vertex->count, "each corner is a vertex");
 }

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string_view>
 
@@ -44,7 +45,7 @@ public:
         if (places == 0) std::vector<std::uint32_t>().swap(data_.texture_corners);
         for (std::uint32_t& k : data_.texture_corners)
             if (k >= places) k = ObjData::no_place;
-        if (colored_ == data_.vertices.size()) data_.colors = std::move(colors_);
+        if (has_colors_) data_.colors = std::move(colors_);
         return std::move(data_);
     }
 
@@ -80,8 +81,10 @@ private:
         if (count < 3) fail(line, message("a vertex of ", count, " numbers; wanted 3 coordinates"));
         if (!is_finite(position)) fail(line, "a coordinate is not finite");
         data_.vertices.push_back(position);
-        colors_.push_back({values[3], values[4], values[5]});
-        if (count >= 6) ++colored_;  // a fourth number alone is a weight, which polygons have no use for
+        // A fourth number alone is a weight, which polygons have no use for.
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        colors_.push_back(count >= 6 ? Rgb{values[3], values[4], values[5]} : Rgb{none, none, none});
+        has_colors_ |= count >= 6;
     }
 
     // Where a number is missing or not finite, 0: it takes no surface away.
@@ -169,7 +172,7 @@ private:
     TextLines lines_;
     ObjData data_;
     std::vector<Rgb> colors_;
-    std::size_t colored_ = 0;
+    bool has_colors_ = false;
     std::map<std::string, std::uint32_t> numbers_;  // of materials
     std::uint32_t material_ = ObjData::no_material;
     std::vector<std::size_t> face_lines_;

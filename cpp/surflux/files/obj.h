@@ -11,7 +11,7 @@ namespace surflux {
 
 struct ObjData {
     std::vector<Vec3> vertices;
-    std::vector<Rgb> colors;  // the three numbers after x y z; empty unless every vertex has them
+    std::vector<Rgb> colors;  // the three numbers after x y z, NaN where a vertex has none; empty where all have none
     Polygons faces;
     std::vector<std::string> libraries;         // what stands in each line mtllib
     std::vector<std::string> materials;         // and usemtl, in their order

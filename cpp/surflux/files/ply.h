@@ -31,9 +31,16 @@ struct PlyElement {
     std::vector<PlyColumn> columns;
 };
 
+// Numbers of rows: those of row i are values[begin[i]] ... values[begin[i + 1] - 1].
+struct PlyLists {
+    std::vector<std::size_t> begin{0};
+    std::vector<double> values;
+};
+
 struct PlyData {
     std::vector<PlyElement> elements;  // all that the header names, in order; columns only of those asked for
     Polygons faces;                    // vertex_indices or vertex_index of `face`
+    PlyLists texcoord;                 // of `face`: u v of each corner
     std::vector<std::string> comments;
     std::vector<std::string> object_info;
 
@@ -41,9 +48,9 @@ struct PlyData {
 };
 
 // Reads ascii and binary PLY of either byte order. Of the elements in `keep` the scalar properties come back, of `face`
-// the polygons too; everything else is stepped over. No count of the header is believed before the bytes are there.
-// Throws FileError where anything is wrong: also for coordinates x, y, z of a vertex that are not finite and for face
-// corners that are no vertex.
+// the polygons and texcoord too; everything else is stepped over. No count of the header is believed before the bytes
+// are there. Throws FileError where anything is wrong: also for coordinates x, y, z of a vertex that are not finite and
+// for face corners that are no vertex.
 PlyData read_ply(const std::string& path, const std::vector<std::string>& keep = {"vertex", "face"});
 
 // The same for a file that is in memory already; `path` is for messages.

@@ -55,6 +55,7 @@ struct Sink {
     const PlyProperty* property;
     std::vector<double>* values = nullptr;  // of a scalar that is kept
     Polygons* polygons = nullptr;           // of the list of face corners
+    PlyLists* lists = nullptr;              // of another list that is kept
 };
 
 class BodyReader {
@@ -132,7 +133,7 @@ private:
             for (const PlyProperty& p : described.properties)
                 if (!p.is_list) element_->columns.push_back({p.name, p.type, std::vector<double>(described.count)});
         std::size_t column = 0;
-        bool has_polygons = false;
+        bool has_polygons = false, has_texcoord = false;
         for (const PlyProperty& p : described.properties) {
             Sink sink{&p};
             if (kept && !p.is_list) sink.values = &element_->columns[column++].values;
@@ -143,6 +144,10 @@ private:
                 if (!is_integer(p.type))
                     fail("", message("face corners (", p.name, ") are of type ", name_of(p.type),
                                      "; wanted a type of integers"));
+            }
+            if (kept && p.is_list && described.name == "face" && !has_texcoord && p.name == "texcoord") {
+                sink.lists = &data_.texcoord;
+                has_texcoord = true;
             }
             sinks.push_back(sink);
         }
@@ -209,11 +214,13 @@ private:
             fail_at_line(message(row_name(row), ": ", quoted(sink.property->name), " has ", count, " entries"));
         for (double i = 0.0; i < count; ++i) {
             const double value = number(row, sink, sink.property->type);
+            if (sink.lists) sink.lists->values.push_back(value);
             if (!sink.polygons) continue;
             const std::string problem = corner_problem(value, row);
             if (!problem.empty()) fail_at_line(problem);
             sink.polygons->corners.push_back(static_cast<std::uint32_t>(value));
         }
+        if (sink.lists) sink.lists->begin.push_back(sink.lists->values.size());
         if (sink.polygons) sink.polygons->begin.push_back(sink.polygons->corners.size());
     }
 
@@ -267,6 +274,11 @@ private:
         const auto count = static_cast<std::size_t>(claimed);
         const std::size_t size = size_of(p.type);
         const char* from = take(row, size, count);
+        if (sink.lists) {
+            for (std::size_t i = 0; i < count; ++i)
+                sink.lists->values.push_back(load(from + i * size, p.type, swapped()));
+            sink.lists->begin.push_back(sink.lists->values.size());
+        }
         if (!sink.polygons) return;
         for (std::size_t i = 0; i < count; ++i) {
             const double corner = load(from + i * size, p.type, swapped());

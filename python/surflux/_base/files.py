@@ -25,6 +25,14 @@ def require_file(path):
         raise file_error(path, "no such file")
 
 
+def bytes_of(path):
+    """All bytes of a file; FileError where it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as fault:
+        raise file_error(path, f"cannot be read: {fault.strerror or fault}") from fault
+
+
 def require_place(path, place=None):
     """Refuses a path where no file can be written, so that nobody works for hours before it is told.
 

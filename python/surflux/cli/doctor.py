@@ -15,7 +15,7 @@ from surflux._base.summary import box_text
 from surflux.cli.doctor_points import facts_of_points, lines_of_points
 from surflux.cli.mesh import PATCHES
 from surflux.cli.saying import error_lines
-from surflux.geometry.meshes import GLTF, PYVISTA_SUFFIXES, TRIMESH_SUFFIXES, read_mesh
+from surflux.geometry.meshes import GLTF, MESHES_ALONE, read_mesh
 from surflux.scans.formats import format_of
 from surflux.solutions.solution_file import holds_solution
 
@@ -41,7 +41,7 @@ def examined(options, limit, solve_options):
             result, lines = _transfer(options)
         elif suffix in _PICTURES and path.is_file():
             result, lines = _picture(options)
-        elif suffix in (*PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES) or (suffix == ".obj" and _has_faces(path)):
+        elif suffix in MESHES_ALONE or (suffix == ".obj" and _has_faces(path)):
             result, lines = _mesh(options)
         elif format_of(path) == "ply" and holds_solution(path):
             result, lines = _solution(options)

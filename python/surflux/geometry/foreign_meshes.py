@@ -121,6 +121,8 @@ def _from_trimesh(mesh, colors, factors):
     if kind == "face":
         return _triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
     if kind == "texture":
+        if colors is None and not is_gltf(mesh):
+            colors = getattr(mesh, "vertex_attributes", {}).get("color")  # of OBJ files
         return _triangles(mesh.vertices, mesh.faces, **_textured(visual, np.asarray(mesh.faces), colors, factors))
     return _triangles(mesh.vertices, mesh.faces)
 
@@ -192,6 +194,8 @@ def _textured(visual, faces, colors, factors):
         if image is not None and places is not None:  # as paint has it for files
             tint = diffuse if diffuse is not None and diffuse.any() else 1.0
             looks["of_faces"] = of_faces(image, WHITE * tint, WHITE)
+        elif colors is not None:
+            looks["reflectance"] = reflectance_of(colors)
         elif diffuse is not None:
             looks["of_faces"] = of_faces(None, diffuse, WHITE)
     elif colors is None:

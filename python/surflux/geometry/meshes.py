@@ -8,14 +8,13 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, white_of_colors
 from surflux._base.files import require_file
-from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 from surflux.geometry.gltf_materials import check_colors, factors_of_file, take_strengths
-from surflux.geometry.obj_materials import looks_of_faces
-from surflux.geometry.stl import require_whole_stl
-from surflux.geometry.textures import TexturedFaces
+from surflux.geometry.obj_mesh import read_obj_mesh
+from surflux.geometry.off import read_off_mesh
+from surflux.geometry.ply_mesh import read_ply_mesh
+from surflux.geometry.stl import read_stl_mesh
 from surflux.geometry.transparency import warn_of_transparency
 
 
@@ -42,11 +41,11 @@ def file_named(mesh):
 def read_mesh(mesh):
     """Vertices and polygons of a mesh.
 
-    PLY and OBJ are read by surflux itself, with materials and textures of OBJ: quads and larger polygons stay whole,
-    OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
+    PLY, OBJ, OFF and STL are read by surflux itself, with materials and textures of OBJ: quads and larger polygons stay
+    whole, OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
     triangles; VTK makes three vertices of one where texture coordinates or normals differ, so that neighbours no longer
     share edges.)
-    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
+    VTK's formats go through pyvista; glTF through trimesh, the extra surflux[meshes].
 
     Args:
         mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; (vertices (v, 3), faces), where faces are an (f, k)
@@ -73,33 +72,23 @@ def read_mesh(mesh):
 
 PYVISTA_SUFFIXES = (".vtp", ".vtk")
 GLTF = (".glb", ".gltf")  # which have y up, by their specification
-TRIMESH_SUFFIXES = (".stl", ".off", *GLTF)  # those it needs no further package for
+MESHES_ALONE = (*PYVISTA_SUFFIXES, ".stl", ".off", *GLTF)  # never read as points
+_READERS = {".ply": read_ply_mesh, ".obj": read_obj_mesh, ".stl": read_stl_mesh, ".off": read_off_mesh}
 
 
 def _read_file(path):
     suffix = Path(path).suffix.lower()
     require_file(path)
-    if suffix == ".ply":
-        mesh = _read_ply(path)
-    elif suffix == ".obj":
-        vertices, offsets, indices, colors, materials, (places, of_corners) = _core.read_obj(path)
-        rho = _reflectance(path, colors, "float")
-        textured = TexturedFaces(vertices, offsets, indices, places.reshape(-1, 2), of_corners) if len(places) else None
-        of_faces, exitance, uses = looks_of_faces(path, *materials, textured, has_colors=rho is not None)
-        mesh = Mesh(vertices, offsets, indices.astype(np.int64), rho, None if rho is not None else of_faces, exitance)
-        if uses:
-            mesh = mesh._replace(places=textured.of_each_corner(), textures=uses)
+    if suffix in _READERS:
+        mesh = _READERS[suffix](path)
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)
-    elif suffix in TRIMESH_SUFFIXES:
-        if suffix == ".stl":
-            require_whole_stl(path)
+    elif suffix in GLTF:
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
-        if suffix in GLTF:
-            check_colors(path)
-            warn_of_transparency(path, "alphaMode", mesh.clear)
+        check_colors(path)
+        warn_of_transparency(path, "alphaMode", mesh.clear)
     else:
-        supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
+        supported = ", ".join((".ply", ".obj", *MESHES_ALONE))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
     problem = _problem(mesh)
     if problem:
@@ -111,72 +100,6 @@ def _read_file(path):
             points = f'; surflux.read takes its {many} (kind = "surfels" in a scene file)'
         raise _core.FileError(f"{path}: {problem}{points}")
     return mesh
-
-
-def _read_ply(path):
-    ply = _core.read_ply(path)
-    vertex = ply["columns"].get("vertex", {})
-    if not all(axis in vertex for axis in "xyz"):
-        raise _core.FileError(f"{path}: no vertices with x, y and z")
-    if len(ply["face_offsets"]) == 1 and "tristrips" in ply["elements"]:
-        raise _core.FileError(
-            f"{path}: its triangles stand in strips (tristrips), which are not supported; wanted faces"
-        )
-    points = np.stack([vertex[axis] for axis in "xyz"], axis=-1)
-    rho, of_faces = (_ply_reflectance(path, ply, element) for element in ("vertex", "face"))
-    mesh = Mesh(points, ply["face_offsets"], ply["face_indices"].astype(np.int64), rho, of_faces)
-    exitance = _ply_linear(path, ply, "face", "emission")
-    if exitance is None and (of_vertices := _ply_linear(path, ply, "vertex", "emission")) is not None:
-        exitance = mesh.mean_of_corners(of_vertices)
-    return mesh._replace(exitance=exitance)
-
-
-def _ply_reflectance(path, ply, element):
-    linear = _ply_linear(path, ply, element, "reflectance")
-    if linear is not None:
-        return linear
-    columns = ply["columns"].get(element, {})
-    for names in COLOR_CHOICES:
-        if all(name in columns for name in names):
-            colors = np.stack([columns[name] for name in names], axis=-1)
-            return _reflectance(path, colors, ply["types"][element].get(names[0]), element)
-    return None
-
-
-def _ply_linear(path, ply, element, name):
-    """RGB (n, 3) of name_r, name_g and name_b, as surflux writes them; None where there are none."""
-    columns = ply["columns"].get(element, {})
-    missing = [f"{name}_{channel}" for channel in "rgb" if f"{name}_{channel}" not in columns]
-    if len(missing) == 3:
-        return None
-    if missing:
-        raise _core.FileError(f"{path}: its {element} elements have colours of {name}, but no {missing[0]}")
-    values = np.stack([columns[f"{name}_{channel}"] for channel in "rgb"], axis=-1).astype(np.float64)
-    below = 1.0 if name == "reflectance" else np.inf
-    bad = ~((values >= 0.0) & (values < below)).all(axis=1)
-    if np.any(bad):
-        row = int(np.argmax(bad))
-        value = values[row][~((values[row] >= 0.0) & (values[row] < below))][0]
-        wanted = "from 0 to below 1" if below == 1.0 else "from 0, finite"
-        raise _core.FileError(f"{path}: {element} {row}: {name} is {value:g}; wanted {wanted}")
-    return values
-
-
-def _reflectance(path, colors, type_name, element="vertex"):
-    if colors is None or len(colors) == 0:
-        return None
-    if not np.all(np.isfinite(colors)):
-        row = int(np.argmax(~np.all(np.isfinite(colors), axis=1)))
-        warn(f"{path}: {element} {row} has a colour that is not finite; the colours are ignored")
-        return None
-    if np.any(colors < 0):
-        row = int(np.argmax(np.any(colors < 0, axis=1)))
-        raise _core.FileError(f"{path}: {element} {row}: colour is {colors[row].min():g}; wanted not below 0")
-    white = white_of_colors(colors, type_name, path)
-    if white is None:
-        row = int(np.argmax(colors.max(axis=1)))
-        raise _core.FileError(f"{path}: {element} {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
-    return reflectance_of_colors(colors, white)
 
 
 def _read_outside(path, library, reader):
@@ -203,8 +126,6 @@ def _read_with_trimesh(path):
     import trimesh
 
     scene = trimesh.load(path)
-    if Path(path).suffix.lower() not in GLTF:
-        return _convert(scene)
     take_strengths(path, scene)
     return _convert(scene, factors_of_file(path))  # parts of a scene stay apart, each with its material
 

@@ -8,15 +8,15 @@ import numpy as np
 from surflux._base.check import counted
 from surflux._base.color import WHITE
 from surflux._base.warn import warn
-from surflux.geometry.obj_textures import COMMENT, file_beside, file_in, paint
+from surflux.geometry.obj_textures import COMMENT, Words, file_beside, file_in, paint
 from surflux.geometry.transparency import warn_of_transparency
 
-_USUAL = 0.5  # what is reflected where a file says nothing
+USUAL = 0.5  # what is reflected where a file says nothing
 _NAMED = 3  # so many names in a warning
 _WORD = re.compile(rb'"([^"]+)"|(\S+)')
 
 
-def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=False):
+def looks_of_faces(path, libraries, names, of_face, textured=None, colored=None):
     """(reflectance, exitance), (f, 3) each, of the faces of an OBJ file, by its materials, None without any; and the
     TextureUse of each of their textures.
 
@@ -30,12 +30,13 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=Fa
         names: of its materials, in bytes.
         of_face: (f,) index into names; larger where a face has none.
         textured: its TexturedFaces; None where no corner has a place on a texture.
-        has_colors: of its vertices, which count in place of Kd.
+        colored: (f,) faces whose vertices have colours, which count in place of Kd, but not of map_Kd.
     """
     has_face = np.bincount(np.minimum(of_face, len(names)), minlength=len(names) + 1)[:-1] > 0
     names = [_spaced(name) if used else b"" for name, used in zip(names, has_face, strict=True)]
     if not any(names):
         return None, None, ()
+    colored = np.zeros(len(of_face), bool) if colored is None else colored
     known, missing = {}, []
     for line in filter(None, dict.fromkeys(libraries)):
         found, lost = _files(Path(path).parent, line)
@@ -48,8 +49,9 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=Fa
     unknown = [name for name, material in zip(names, used, strict=True) if name and material is None]
     if unknown:
         lost = f"not there: {_listed(missing)}" if missing else "in no library of it" if libraries else "without mtllib"
-        faces = "faces that have it reflect" if len(unknown) == 1 else "faces that have them reflect"
-        warn(f"{path}: {counted(len(unknown), 'material')} ({_listed(unknown)}) {lost}; {faces} {_USUAL:g}")
+        faces = "faces that have it" if len(unknown) == 1 else "faces that have them"
+        instead = f"reflect {USUAL:g}" if not colored.any() else f"have the colours of their vertices, else {USUAL:g}"
+        warn(f"{path}: {counted(len(unknown), 'material')} ({_listed(unknown)}) {lost}; {faces} {instead}")
     if not any(used):
         return None, None, ()
     which = np.minimum(of_face, len(names))
@@ -57,10 +59,17 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=Fa
     named = ((name.decode("utf-8", "replace"), number) for name, number in zip(names, faces_of, strict=False))
     clear = [one for one, material in zip(named, used, strict=True) if material and _is_clear(material)]
     warn_of_transparency(path, "d, Tr or map_d", clear)
-    rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", _USUAL), (b"ke", 0.0)))
-    looks = {b"ke": (glow, 1.0)} if has_colors else {b"kd": (rho, WHITE), b"ke": (glow, 1.0)}
-    uses = paint(path, used, which, looks, textured)
-    off = np.count_nonzero(((rho < 0.0) | (rho > WHITE)).any(axis=1))
+    rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", USUAL), (b"ke", 0.0)))
+    kd, looks = rho.copy(), {b"kd": (rho, WHITE), b"ke": (glow, 1.0)}
+    without = "colours of vertices, Kd and Ke alone count" if colored.any() else "Kd and Ke alone count"
+    uses = paint(path, used, which, looks, textured, Words(without, "vt", "map_Kd"))
+    by_vertices = colored.copy()
+    for use in uses:
+        by_vertices[use.faces] &= use.shines
+    if by_vertices.any() and np.ptp(kd[by_vertices], axis=0).any():
+        many = counted(np.count_nonzero(by_vertices), "face")
+        warn(f"{path}: Kd of {many} is left out: the colours of their vertices count in its place")
+    off = np.count_nonzero(((rho < 0.0) | (rho > WHITE)).any(axis=1) & ~by_vertices)
     if off:
         warn(f"{path}: Kd of {counted(off, 'face')} is not in 0 to {WHITE:g}, the most that counts, and is cut off")
     uses = [use._replace(tint=np.pi * use.tint, most=np.inf) if use.shines else use for use in uses]

@@ -1,9 +1,10 @@
-"""Textures of the materials of OBJ files (map_Kd, map_Ke), on the faces that have them."""
+"""Textures that files of meshes name, as materials of OBJ files do (map_Kd, map_Ke), on the faces that have them."""
 
 import os
 import re
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,25 +32,34 @@ def file_beside(folder, name):
     return file_in(folder, name.replace(b"\\", b"/").rsplit(b"/", 1)[-1])
 
 
-def paint(path, materials, which, looks, textured):
+class Words(NamedTuple):
+    """What warnings say."""
+
+    without: str  # of what is there where a texture is not
+    place: str  # on a texture, of corners
+    image: str  # whose alpha it is
+
+
+def paint(path, materials, which, looks, textured, words):
     """Puts the textures of materials on the faces that have them, in place, times what these have there; [TextureUse].
 
     Where that is 0, or nothing, the texture counts by itself. What cannot be had is warned of.
 
     Args:
-        path: of the OBJ file.
+        path: of the file of the mesh.
         materials: of each its lines, by keyword: ((library, line), words); None of one that is not known.
         which: (f,) material of each face; larger where it has none.
         looks: by keyword, as b"kd": (f, 3) float, and what white is.
         textured: TexturedFaces, or None where no corner has a place on a texture.
+        words: Words of warnings.
     """
     painted, lost, unplaced, clear = {}, [], 0, []  # by file, for one texture at a time is in memory
     uses = []
     for k, material in enumerate(materials):
         for keyword in looks:
             if material and b"map_" + keyword in material:
-                (library, _), words = material[b"map_" + keyword]
-                name, scale, shift = _options(words)
+                (library, _), line = material[b"map_" + keyword]
+                name, scale, shift = _options(line)
                 file = _file(Path(library).parent, name)
                 if file is None:
                     lost.append(f"{name.decode('utf-8', 'replace')!r} is not there")
@@ -85,16 +95,12 @@ def paint(path, materials, which, looks, textured):
             uses.append(TextureUse(faces, tints, read, scale, shift, keyword == b"ke"))
     if lost:
         more = f" (and {len(set(lost)) - 1} more)" if len(set(lost)) > 1 else ""
-        warn(f"{path}: texture {lost[0]}{more}; {_alone(looks)} there")
-    warn_of_transparency(path, "alpha of map_Kd", clear)
+        warn(f"{path}: texture {lost[0]}{more}; {words.without} there")
+    warn_of_transparency(path, f"alpha of {words.image}", clear)
     if unplaced:
         what = "has a texture and no place on it" if unplaced == 1 else "have a texture and no place on it"
-        warn(f"{path}: {counted(unplaced, 'face')} {what} (vt); {_alone(looks)} there")
+        warn(f"{path}: {counted(unplaced, 'face')} {what} ({words.place}); {words.without} there")
     return uses
-
-
-def _alone(looks):
-    return "Kd and Ke alone count" if len(looks) > 1 else "Ke alone counts"
 
 
 def _file(folder, name):

@@ -128,7 +128,7 @@ def test_colors_that_are_not_finite_are_dropped_with_a_warning(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["stl", "off", "glb"])
-def test_trimesh_reads_the_rest(tmp_path, suffix):
+def test_files_that_trimesh_writes(tmp_path, suffix):
     import trimesh
 
     path = tmp_path / f"box.{suffix}"
@@ -137,36 +137,6 @@ def test_trimesh_reads_the_rest(tmp_path, suffix):
     assert len(polygons(mesh)) == 12
     assert len(mesh.vertices) == 8
     np.testing.assert_array_equal(np.abs(mesh.vertices), 0.5)
-
-
-def test_stl_files_that_are_not_whole_are_told(tmp_path):
-    """A binary one has 84 bytes before its triangles, of 50 each."""
-    import trimesh
-
-    path = tmp_path / "box.stl"
-    trimesh.creation.box().export(path)
-    whole = path.read_bytes()
-    assert len(whole) == 84 + 12 * 50
-    trimesh.creation.box().export(path, file_type="stl_ascii")
-    text = path.read_bytes()
-    cases = {
-        whole[:-1]: "is cut off: it has 11 of its 12 triangles",
-        whole[:300]: "is cut off: it has 4 of its 12 triangles",
-        whole[:60]: "is cut off: it has 60 of the 84 bytes before its triangles",
-        whole + b"abc": "is damaged: it has 687 bytes, and its 12 triangles take 684",
-        b"solid" + whole[5:-1]: "is cut off: it has 11 of its 12 triangles",
-        text[:900]: "is cut off: its text ends without endsolid",
-        b"version https://git-lfs.github.com/spec/v1\n": "is no STL file, by what it begins with",
-        b"": "the file is empty",
-    }
-    for data, reason in cases.items():
-        path.write_bytes(data)
-        with pytest.raises(FileError) as caught:
-            read_mesh(path)
-        assert str(caught.value) == f"{path}: {reason}"
-    for data in (whole, b"solid" + whole[5:], text, b"\xef\xbb\xbf\n " + text):
-        path.write_bytes(data)
-        assert len(polygons(read_mesh(path))) == 12
 
 
 def test_pyvista_reads_its_own_formats(tmp_path):
@@ -183,9 +153,9 @@ def test_pyvista_reads_its_own_formats(tmp_path):
 
 def test_without_trimesh_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
-    path = text_file(tmp_path / "a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    path = text_file(tmp_path / "a.gltf", "{}")
     with pytest.raises(
-        FileError, match=r"a\.off: needs trimesh, which is not installed: pip install 'surflux\[meshes\]'$"
+        FileError, match=r"a\.gltf: needs trimesh, which is not installed: pip install 'surflux\[meshes\]'$"
     ):
         read_mesh(path)
 
@@ -214,8 +184,7 @@ PLY = "ply\nformat ascii 1.0\nelement vertex {}\nproperty int x\nproperty int y\
             PLY.format(1) + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n1 2 3\n1 0\n",
             "its triangles stand in strips (tristrips), which are not supported; wanted faces",
         ),
-        ("a.off", "OFF\n3 1 0\n0 0 0\n", "trimesh cannot read it ("),
-        ("a.off", "OFF\n99999999999 1 0\n0 0 0\n", "trimesh cannot read it ("),
+        ("a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n1 1 0\n", "faces: wanted at least one, got none"),
         ("a.stl", "solid a\n", "faces: wanted at least one, got none"),
         ("a.vtp", "<VTKFile", ""),
         ("a.xyz", "0 0 0\n", "meshes are not read from .xyz; from .ply, .obj, .vtp"),
@@ -276,7 +245,7 @@ def test_refuses_what_is_no_mesh(mesh, reason):
 # wallhole.obj has a usemtl without a name (VTK gives up there); negative_indices.obj is legal; number_formats.obj
 # holds 3.1+e2, and notenoughindices.obj a face of two corners.
 MESHES = {
-    "broken/OutOfMemory.off": "trimesh cannot read it",
+    "broken/OutOfMemory.off": "is cut off: it has 14 of its 353535235358 vertices",
     "broken/cube_binary_header_with_RN_newline.ply": (8, 12),
     "broken/cube_uv.ply": (24, 6),
     "broken/empty.obj": "wanted at least one",
@@ -292,7 +261,7 @@ MESHES = {
     "broken/points.ply": "wanted at least one",
     "broken/points_emptyface.ply": "wanted at least one",
     "broken/test_extra_whitespace.ply": (3, 1),
-    "broken/whitespace.off": (8, 12),
+    "broken/whitespace.off": (8, 6),
     "hard/busted.STL": (1941, 3878),
     "hard/cube_no_bottom.obj": (25, 40),
     "hard/multiple_isolated_triangles.obj": (15, 5),

@@ -72,7 +72,8 @@ def test_several_libraries_of_one_line(tmp_path):
 def test_colors_of_vertices_count_more(tmp_path):
     """Meshlab gives all faces of a coloured mesh one material."""
     colored = "".join(f"{line} 1 0 0\n" for line in CORNERS.splitlines())
-    mesh = read_mesh(obj(tmp_path, text=colored + FACES))
+    with pytest.warns(UserWarning, match="Kd of 4 faces is left out: the colours of their vertices count in its place"):
+        mesh = read_mesh(obj(tmp_path, text=colored + FACES))
     np.testing.assert_allclose(mesh.face_reflectance(), [[0.98, 0, 0]] * 4)
 
 
@@ -295,8 +296,8 @@ def test_pictures_of_16_bits_and_of_one_channel(tmp_path):
             read_mesh(path)  # was white or black
 
 
-@pytest.mark.filterwarnings("error")
-def test_colours_of_vertices_count_in_place_of_textures(tmp_path):
+def test_colours_of_vertices_count_where_a_texture_is_missing(tmp_path):
     colored = "".join(f"v {x} {y} 0 1 0 0\n" for x, y in ((0, 0), (1, 0), (1, 1))) + "vt 0 0\nusemtl painted\n"
-    mesh = read_mesh(obj(tmp_path, "newmtl painted\nmap_Kd gone.png\n", text=colored + "f 1/1 2/1 3/1\n"))
+    with pytest.warns(UserWarning, match=r"'gone\.png' is not there; colours of vertices, Kd and Ke alone count there"):
+        mesh = read_mesh(obj(tmp_path, "newmtl painted\nmap_Kd gone.png\n", text=colored + "f 1/1 2/1 3/1\n"))
     np.testing.assert_allclose(mesh.face_reflectance(), [[0.98, 0, 0]])

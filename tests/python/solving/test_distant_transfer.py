@@ -62,7 +62,7 @@ def test_a_wide_patch_has_the_sky_of_all_of_it(lighting):
     """Beneath a roof that hides the sky from its middle alone, it had .86 for 2.9."""
     ground = sf.Surfels.from_mesh(([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], [[0, 1, 2, 3]]), reflectance=0.3)
     vertices, faces, _ = shapes.box([3.0, 3.0, 0.1], 1)
-    roof = sf.Surfels.from_mesh((np.asarray(vertices) + [-1.5, -1.5, 1.0], faces), reflectance=0.5)
+    roof = sf.Surfels.from_mesh((np.subtract(vertices, [1.5, 1.5, -1.0]), faces), reflectance=0.5)
     scene, sky = sf.Scene([ground, roof]), sf.Environment(1.0)
     places = np.c_[np.random.default_rng(0).uniform(-5, 5, (2000, 2)), np.zeros(2000)]
     lit = sf.Scene(scene.objects, [sky])
