@@ -39,6 +39,12 @@ def flipped(self: SomeSurfels, mask: ArrayLike | None = None) -> SomeSurfels:
     return self._from_core(replaced(self._core, normals=normals, triangles=triangles), self._faces)
 
 
+def with_other_sides(s):
+    """All surfels, then a copy of each that faces the other way."""
+    faces = None if s._faces is None else s._faces.taken(np.tile(np.arange(len(s)), 2))
+    return s._from_core(s._core.two_sided(), faces)
+
+
 def replace(
     self: SomeSurfels,
     *,

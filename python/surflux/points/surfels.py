@@ -208,9 +208,8 @@ class Surfels:
         gloss = require_energy(polygons.face_reflectance(), gloss_arrays(specular, exponent, faces, "face"))
         with file_named(mesh), watched(threads, progress):
             core, of = surfels_of_patches(polygons, patch_area, gloss, two_sided == "sheets")
-        if two_sided is True:
-            core, of = core.two_sided(), of.taken(np.tile(np.arange(len(core)), 2))
-        return cls._from_core(core, of)
+        surfels = cls._from_core(core, of)
+        return arranging.with_other_sides(surfels) if two_sided is True else surfels
 
     @classmethod
     def sample_mesh(

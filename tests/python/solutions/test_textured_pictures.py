@@ -153,14 +153,17 @@ def test_emission_that_is_given_leaves_the_texture_of_reflectance(square):
     np.testing.assert_allclose(albedo, LINEAR, atol=2e-3)
 
 
-def test_scene_files_keep_textures(square):
-    """Their objects have colours put on them, of which none were other ones."""
+@pytest.mark.parametrize("two_sided", ["false", '"sheets"', "true"])
+def test_scene_files_keep_textures(square, two_sided):
+    """Their objects have colours put on them, of which none were other ones. With both sides they had lost them."""
     path = square.parent / "scene.toml"
-    text = '[[object]]\nfile = "square.obj"\nkind = "mesh"\ntranslate = [1, 0, 0]\n'
+    text = f'[[object]]\nfile = "square.obj"\nkind = "mesh"\ntranslate = [1, 0, 0]\ntwo_sided = {two_sided}\n'
     path.write_text(text + '[[light]]\ntype = "environment"\nradiance = 1.0\n')
     camera = sf.Camera([1.5, 0.5, 3.0], [1.5, 0.5, 0.0], up=[0, 1, 0], height=1.0)
-    albedo = sf.solve(sf.load_scene(path)).render(camera, (TEXELS, TEXELS), samples=1, layers=["albedo"])["albedo"]
+    solution = sf.solve(sf.load_scene(path))
+    albedo = solution.render(camera, (TEXELS, TEXELS), samples=1, layers=["albedo"])["albedo"]
     np.testing.assert_allclose(albedo, LINEAR, atol=2e-3)
+    assert solution.per_face("irradiance").shape == (1, 3)
 
 
 def test_light_on_a_texture_is_that_on_a_plain_wall(square):
