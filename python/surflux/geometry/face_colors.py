@@ -9,15 +9,35 @@ _ALIKE = 1e-5  # texture coordinates and colours
 _MANY = 1 << 19  # parts of faces that are looked at together
 
 
-def varies_within_faces(mesh):
-    """Whether parts of a face of a Mesh may have other colours than the face."""
-    return bool(mesh.textures) or _has_shades(mesh)
+def vary_within_faces(mesh):
+    """Whether parts of a face of a Mesh may have (another reflectance, another exitance) than the face."""
+    shines = {use.shines for use in mesh.textures}
+    return False in shines or _has_shades(mesh), True in shines
+
+
+def without_colors(mesh, of=("reflectance", "emission")):
+    """The Mesh whose faces have the same of these all over; None where nothing else varies within faces."""
+    rho = mesh.face_reflectance() if "reflectance" in of else None
+    mesh = mesh.with_materials(rho, mesh.face_emission() if "emission" in of else None)
+    return mesh if any(vary_within_faces(mesh)) else None
 
 
 def _has_shades(mesh):
     """Whether vertices of a Mesh have colours that differ."""
     rho = mesh.reflectance
     return mesh.of_faces is None and rho is not None and bool(np.any(rho != rho[:1]))
+
+
+def colors_of_patches(mesh, face, patch, triangles):
+    """(reflectance, exitance), (p, 3) each, of patches on a face (p,) of a Mesh each: the means by area of what
+    colors_of_parts gives for triangles (t, 3, 3), each of a patch (t,)."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    total = np.bincount(patch, areas, len(face))
+    return [
+        np.stack([np.bincount(patch, areas * channel, len(face)) / total for channel in values.T], axis=1)
+        for values in colors_of_parts(mesh, face[patch], triangles)
+    ]
 
 
 def colors_of_parts(mesh, face, triangles):

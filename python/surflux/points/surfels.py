@@ -129,7 +129,7 @@ class Surfels:
     def _reflecting(self, reflectance):
         """The same with another reflectance, (n, 3)."""
         return Surfels._from_core(
-            self._core.with_reflectance(reflectance), self._faces and self._faces.without_textures()
+            self._core.with_reflectance(reflectance), self._faces and self._faces.without_colors()
         )
 
     @classmethod
@@ -337,7 +337,7 @@ class Surfels:
         return Surfels._from_core(self._core, self._faces)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_core": self._core, "_arrays": {}, "_faces": self._faces and self._faces.without_textures()}
+        return {"_core": self._core, "_arrays": {}, "_faces": self._faces and self._faces.without_colors()}
 
     def __len__(self) -> int:
         return len(self._core)
