@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _core
+from surflux.geometry.fans import cut_along_fans, sums_of_rows
 from surflux.geometry.texel_means import mean_texels
 
 _ALIKE = 1e-5  # texture coordinates and colours
@@ -29,23 +30,26 @@ def _has_shades(mesh):
 
 
 def colors_of_patches(mesh, face, patch, triangles):
-    """(reflectance, exitance), (p, 3) each, of patches on a face (p,) of a Mesh each: the means by area of what
-    colors_of_parts gives for triangles (t, 3, 3), each of a patch (t,)."""
-    a, b, c = triangles.transpose(1, 0, 2)
+    """(reflectance, exitance), (p, 3) each, of patches, each on a face (p,) of a Mesh, of triangles (t, 3, 3).
+
+    patch (t,): of each triangle.
+
+    The mean of the texture over a patch where there is one, of the colours of vertices that of their linear
+    interpolation; else what the face has.
+    """
+    of, parts = cut_along_fans(mesh.vertices, mesh.offsets, mesh.indices, face[patch], triangles)
+    patch = patch[of]
+    a, b, c = parts.transpose(1, 0, 2)
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    total = np.bincount(patch, areas, len(face))
+    shares = areas / np.bincount(patch, areas, len(face))[patch]
     return [
-        np.stack([np.bincount(patch, areas * channel, len(face)) / total for channel in values.T], axis=1)
-        for values in colors_of_parts(mesh, face[patch], triangles)
+        sums_of_rows(patch, shares[:, None] * values, len(face))
+        for values in _colors_of_parts(mesh, face[patch], parts)
     ]
 
 
-def colors_of_parts(mesh, face, triangles):
-    """(reflectance, exitance), (t, 3) each, of triangles (t, 3, 3), each a part of a face (t,) of a Mesh.
-
-    The mean of the texture over it where there is one, of the colours of vertices that of their linear interpolation;
-    else what the face has.
-    """
+def _colors_of_parts(mesh, face, triangles):
+    """colors_of_patches of single triangles (t, 3, 3), each in one of the fan of a face (t,)."""
     reflectance, exitance = mesh.face_reflectance()[face], mesh.face_emission()[face]
     if _has_shades(mesh):
         of_corners = mesh.reflectance[mesh.indices]
@@ -59,8 +63,10 @@ def colors_of_parts(mesh, face, triangles):
             read, texture = use.read, use.read()
         for first in range(0, len(on_it), _MANY):
             some = on_it[first : first + _MANY]
-            places = interpolated(mesh, mesh.places, face[some].repeat(3), triangles[some].reshape(-1, 3))
-            means = mean_texels(texture, places.reshape(-1, 3, 2) * use.scale + use.shift)
+            corners = triangles[some]
+            points = np.concatenate([corners.mean(axis=1, keepdims=True), corners], axis=1)
+            places = interpolated(mesh, mesh.places, face[some], points)[:, 1:]
+            means = mean_texels(texture, places * use.scale + use.shift)
             values[some] = np.clip(use.tint[row[some]] * means, 0.0, use.most)
     return reflectance, exitance
 

@@ -8,7 +8,7 @@ from surflux import _core
 from surflux._base.passes import stage
 from surflux.geometry.cores import make_core, replaced
 from surflux.geometry.estimates import estimated_radii
-from surflux.geometry.face_colors import colors_of_parts, colors_of_patches, go_on, vary_within_faces
+from surflux.geometry.face_colors import colors_of_patches, go_on, vary_within_faces
 from surflux.geometry.faces import faces_of_patches
 from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
@@ -95,4 +95,4 @@ def _colors_around(mesh, points, face, triangles, area):
     a, b, c = triangles.transpose(1, 0, 2)
     share = np.sqrt(np.minimum(1.0, area / (0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))))
     middle = points[:, None]
-    return colors_of_parts(mesh, face, middle + share[:, None, None] * (triangles - middle))
+    return colors_of_patches(mesh, face, np.arange(len(face)), middle + share[:, None, None] * (triangles - middle))

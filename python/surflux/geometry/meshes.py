@@ -127,7 +127,7 @@ def _read_ply(path):
     mesh = Mesh(points, ply["face_offsets"], ply["face_indices"].astype(np.int64), rho, of_faces)
     exitance = _ply_linear(path, ply, "face", "emission")
     if exitance is None and (of_vertices := _ply_linear(path, ply, "vertex", "emission")) is not None:
-        exitance = mesh.mean_of_corners(of_vertices)
+        exitance = mesh.mean_over_faces(of_vertices)
     return mesh._replace(exitance=exitance)
 
 
