@@ -10,6 +10,7 @@ from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
 from surflux.geometry.fans import fans_of_faces, sums_of_rows
 from surflux.geometry.gltf_materials import exitance_of, factor_of, is_gltf, linear_reflectance
+from surflux.geometry.strips import without_strips
 from surflux.geometry.texel_means import mean_texels
 from surflux.geometry.textures import TextureUse, texture_of
 from surflux.geometry.transparency import cover_of, is_clear
@@ -270,8 +271,7 @@ def _from_meshio(mesh):
 def _from_pyvista(mesh):
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    if mesh.n_strips:
-        mesh = mesh.triangulate()
+    mesh = without_strips(mesh)
     polygons = mesh.GetPolys()
     offsets = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
     indices = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)
