@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux import _core
-from surflux.geometry.fans import cut_along_fans, sums_of_rows
+from surflux.geometry.fans import cut_along_fans, shares_of_rows, sums_of_rows
 from surflux.geometry.texel_means import mean_texels
 
 _ALIKE = 1e-5  # texture coordinates and colours
@@ -40,8 +40,7 @@ def colors_of_patches(mesh, face, patch, triangles):
     of, parts = cut_along_fans(mesh.vertices, mesh.offsets, mesh.indices, face[patch], triangles)
     patch = patch[of]
     a, b, c = parts.transpose(1, 0, 2)
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    shares = areas / np.bincount(patch, areas, len(face))[patch]
+    shares = shares_of_rows(patch, np.linalg.norm(np.cross(b - a, c - a), axis=1), len(face))
     return [
         sums_of_rows(patch, shares[:, None] * values, len(face))
         for values in _colors_of_parts(mesh, face[patch], parts)

@@ -19,8 +19,13 @@ def fans_of_faces(vertices, offsets, indices, faces):
     a, b, c = vertices[indices[corners]].transpose(1, 0, 2)
     crosses = np.cross(b - a, c - a)
     weights = np.einsum("tk,tk->t", crosses, sums_of_rows(of, crosses, len(faces))[of])
-    weights[~(np.bincount(of, weights, len(faces))[of] > 0.0)] = 1.0
-    return of, corners, weights / np.bincount(of, weights, len(faces))[of]
+    return of, corners, shares_of_rows(of, weights, len(faces))
+
+
+def shares_of_rows(of, weights, count):
+    """(t,): weights (t,) over the sum of those that are of the same (t,); alike where that is not above 0."""
+    weights = np.where(np.bincount(of, weights, count)[of] > 0.0, weights, 1.0)
+    return weights / np.bincount(of, weights, count)[of]
 
 
 def sums_of_rows(of, values, count):
@@ -82,6 +87,7 @@ def _cut_along_lines(triangles, begin, end):
     parts = np.concatenate([np.stack(corners, axis=1) for corners in ((a, p, q), (p, b, c), (p, c, q))])
     a, b, c = parts.transpose(1, 0, 2)
     kept = np.cross(b - a, c - a).any(axis=1)  # where the line goes through a corner one is empty
+    kept |= np.tile(~kept.reshape(3, -1).any(axis=0), 3)  # of slivers all may be, by rounding
     return (
         np.concatenate([np.flatnonzero(~is_cut), np.tile(row, 3)[kept]]),
         np.concatenate([triangles[~is_cut], parts[kept]]),

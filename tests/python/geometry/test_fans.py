@@ -106,3 +106,14 @@ def test_parts_cover_triangles_each_in_one_of_the_fan(shift):
     at = np.where(np.hypot(x, y) > 1e-4, np.degrees(np.arctan2(y, -x)) + 70.0, np.nan) / 20.0
     low, high = np.nanmin(at, axis=1), np.nanmax(at, axis=1)
     assert (np.ceil(high - 1e-3) - np.floor(low + 1e-3) <= 1).all()
+
+
+def test_slivers_have_parts_too():
+    """As thin as one digit, far from the origin."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) + 5e6
+    start = np.random.default_rng(5).random((500, 2)) * [0.4, 0.4] + [0.1, 0.5]
+    corners = start[:, None] + np.array([[0, 0], [0.4, -0.5], [0.2, -0.25 + 1e-9]])
+    triangles = np.insert(corners, 2, 0.0, axis=2) + 5e6
+    of, parts = cut_along_fans(square, np.array([0, 4]), np.arange(4), np.zeros(500, int), triangles)
+    np.testing.assert_array_equal(np.unique(of), np.arange(500))
+    assert np.isfinite(parts).all()
