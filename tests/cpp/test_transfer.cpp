@@ -17,7 +17,7 @@
 namespace surflux {
 namespace {
 
-float alike(const std::uint32_t*, std::size_t, std::uint64_t) { return 1.0f; }
+SenderGroups::Lit alike(const std::uint32_t*, std::size_t, std::uint64_t) { return {1.0f}; }
 
 TEST(SenderGroups, AreAPartitionWithMeansByArea) {
     const Scene scene = shapes::sphere_inside(2000);

@@ -3,15 +3,24 @@
 import numpy as np
 
 from surflux import _core
+from surflux.geometry.fans import cut_along_fans, shares_of_rows, sums_of_rows
 from surflux.geometry.texel_means import mean_texels
 
 _ALIKE = 1e-5  # texture coordinates and colours
 _MANY = 1 << 19  # parts of faces that are looked at together
 
 
-def varies_within_faces(mesh):
-    """Whether parts of a face of a Mesh may have other colours than the face."""
-    return bool(mesh.textures) or _has_shades(mesh)
+def vary_within_faces(mesh):
+    """Whether parts of a face of a Mesh may have (another reflectance, another exitance) than the face."""
+    shines = {use.shines for use in mesh.textures}
+    return False in shines or _has_shades(mesh), True in shines
+
+
+def without_colors(mesh, of=("reflectance", "emission")):
+    """The Mesh whose faces have the same of these all over; None where nothing else varies within faces."""
+    rho = mesh.face_reflectance() if "reflectance" in of else None
+    mesh = mesh.with_materials(rho, mesh.face_emission() if "emission" in of else None)
+    return mesh if any(vary_within_faces(mesh)) else None
 
 
 def _has_shades(mesh):
@@ -20,12 +29,26 @@ def _has_shades(mesh):
     return mesh.of_faces is None and rho is not None and bool(np.any(rho != rho[:1]))
 
 
-def colors_of_parts(mesh, face, triangles):
-    """(reflectance, exitance), (t, 3) each, of triangles (t, 3, 3), each a part of a face (t,) of a Mesh.
+def colors_of_patches(mesh, face, patch, triangles):
+    """(reflectance, exitance), (p, 3) each, of patches, each on a face (p,) of a Mesh, of triangles (t, 3, 3).
 
-    The mean of the texture over it where there is one, of the colours of vertices that of their linear interpolation;
-    else what the face has.
+    patch (t,): of each triangle.
+
+    The mean of the texture over a patch where there is one, of the colours of vertices that of their linear
+    interpolation; else what the face has.
     """
+    of, parts = cut_along_fans(mesh.vertices, mesh.offsets, mesh.indices, face[patch], triangles)
+    patch = patch[of]
+    a, b, c = parts.transpose(1, 0, 2)
+    shares = shares_of_rows(patch, np.linalg.norm(np.cross(b - a, c - a), axis=1), len(face))
+    return [
+        sums_of_rows(patch, shares[:, None] * values, len(face))
+        for values in _colors_of_parts(mesh, face[patch], parts)
+    ]
+
+
+def _colors_of_parts(mesh, face, triangles):
+    """colors_of_patches of single triangles (t, 3, 3), each in one of the fan of a face (t,)."""
     reflectance, exitance = mesh.face_reflectance()[face], mesh.face_emission()[face]
     if _has_shades(mesh):
         of_corners = mesh.reflectance[mesh.indices]
@@ -39,8 +62,10 @@ def colors_of_parts(mesh, face, triangles):
             read, texture = use.read, use.read()
         for first in range(0, len(on_it), _MANY):
             some = on_it[first : first + _MANY]
-            places = interpolated(mesh, mesh.places, face[some].repeat(3), triangles[some].reshape(-1, 3))
-            means = mean_texels(texture, places.reshape(-1, 3, 2) * use.scale + use.shift)
+            corners = triangles[some]
+            points = np.concatenate([corners.mean(axis=1, keepdims=True), corners], axis=1)
+            places = interpolated(mesh, mesh.places, face[some], points)[:, 1:]
+            means = mean_texels(texture, places * use.scale + use.shift)
             values[some] = np.clip(use.tint[row[some]] * means, 0.0, use.most)
     return reflectance, exitance
 

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from surflux.geometry.face_colors import without_colors
+from surflux.geometry.foreign_meshes import Mesh
 from surflux.geometry.seen_textures import SeenTextures
 
 # Heights over the shared edge, 1 at the apex, are rounding below this: far from the origin coordinates have few digits.
@@ -27,7 +29,17 @@ class Faces(NamedTuple):
     pair: np.ndarray
     pairs: np.ndarray
     halves: np.ndarray
-    textures: SeenTextures | None = None  # of the mesh, for pictures
+    mesh: Mesh | None = None  # where parts of its faces have colours of their own
+    filtered: dict | None = None  # its textures, as SeenTextures has them
+
+    def with_colors(self, mesh):
+        """Those of the Mesh, parts of whose faces have colours of their own."""
+        return self._replace(mesh=mesh, filtered={})
+
+    @property
+    def textures(self):
+        """SeenTextures of the mesh, for pictures; None where there are none."""
+        return SeenTextures(self.mesh, self.filtered) if self.mesh is not None and self.mesh.textures else None
 
     def taken(self, rows):
         """Those of chosen surfels."""
@@ -39,12 +51,12 @@ class Faces(NamedTuple):
 
     def transformed(self, linear, shift):
         """Those of surfels that went to linear @ p + shift."""
-        textures = None if self.textures is None else self.textures.transformed(linear, shift)
-        return self._replace(halves=self.halves @ linear.T + shift, textures=textures)
+        mesh = self.mesh and self.mesh._replace(vertices=self.mesh.vertices @ linear.T + shift)
+        return self._replace(halves=self.halves @ linear.T + shift, mesh=mesh)
 
-    def without_textures(self, of=("reflectance", "emission")):
+    def without_colors(self, of=("reflectance", "emission")):
         """Those of surfels that have got others of these; for files and other processes, of all."""
-        return self._replace(textures=None if self.textures is None else self.textures.without(of))
+        return self._replace(mesh=self.mesh and without_colors(self.mesh, of))
 
     def shares(self, surfels):
         """(surfel (m,), face (m,), share (m,)): how much of the area of each surfel, from 0 to 1, lies in which face.

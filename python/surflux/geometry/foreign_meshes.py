@@ -8,7 +8,9 @@ import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
+from surflux.geometry.fans import fans_of_faces, sums_of_rows
 from surflux.geometry.gltf_materials import exitance_of, factor_of, is_gltf, linear_reflectance
+from surflux.geometry.strips import without_strips
 from surflux.geometry.texel_means import mean_texels
 from surflux.geometry.textures import TextureUse, texture_of
 from surflux.geometry.transparency import cover_of, is_clear
@@ -34,12 +36,12 @@ class Mesh(NamedTuple):
     double_sided: int = 0  # faces that have backs in glTF
 
     def face_reflectance(self):
-        """(f, 3): what each face has, else the mean of its corners; 0.5 where the mesh has no colours."""
+        """(f, 3): what each face has, else its mean of vertices; 0.5 where the mesh has no colours."""
         if self.of_faces is not None:
             return self.of_faces
         if self.reflectance is None:
             return np.full((len(self.offsets) - 1, 3), 0.5)
-        return self.mean_of_corners(self.reflectance)
+        return self.mean_over_faces(self.reflectance)
 
     def with_materials(self, reflectance=None, emission=None):
         """With these (f, 3) in place of its own, where given."""
@@ -52,9 +54,17 @@ class Mesh(NamedTuple):
             mesh = mesh._replace(exitance=emission, textures=kept)
         return mesh
 
-    def mean_of_corners(self, values):
-        """(f, k): mean over the corners of each face of values (v, k) at vertices."""
-        return np.add.reduceat(values[self.indices], self.offsets[:-1]) / np.diff(self.offsets)[:, None]
+    def mean_over_faces(self, values):
+        """(f, k): mean by area over each face of values (v, k) at vertices, linear over triangles of its fan."""
+        at, counts = values[self.indices], np.diff(self.offsets)
+        means = np.add.reduceat(at, self.offsets[:-1]) / counts[:, None]
+        larger = np.flatnonzero(counts > 3)
+        if len(larger):
+            of, fan, shares = fans_of_faces(self.vertices, self.offsets, self.indices, larger)
+            found = sums_of_rows(of, shares[:, None] * at[fan].mean(axis=1), len(larger))
+            low, high = (of_all.reduceat(at, self.offsets[:-1])[larger] for of_all in (np.minimum, np.maximum))
+            means[larger] = np.clip(found, low, high)
+        return means
 
     def face_emission(self):
         """(f, 3): what each face sends by itself."""
@@ -265,8 +275,7 @@ def _from_meshio(mesh):
 def _from_pyvista(mesh):
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    if mesh.n_strips:
-        mesh = mesh.triangulate()
+    mesh = without_strips(mesh)
     polygons = mesh.GetPolys()
     offsets = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
     indices = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)

@@ -6,13 +6,12 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.passes import stage
-from surflux.geometry.cores import make_core
+from surflux.geometry.cores import make_core, replaced
 from surflux.geometry.estimates import estimated_radii
-from surflux.geometry.face_colors import colors_of_parts, go_on, varies_within_faces
+from surflux.geometry.face_colors import colors_of_patches, go_on, vary_within_faces
 from surflux.geometry.faces import faces_of_patches
 from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
-from surflux.geometry.seen_textures import SeenTextures
 from surflux.geometry.sheets import sheet_faces, with_backs
 
 CANDIDATES = 5  # for each sample: Yuksel 2015, section 4
@@ -21,9 +20,14 @@ CANDIDATES = 5  # for each sample: Yuksel 2015, section 4
 def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
     """(_core.Surfels, faces.Faces) of a Mesh with gloss (see gloss_arrays) per face."""
     materials = np.column_stack([mesh.face_reflectance(), mesh.face_emission(), *gloss.values()])
-    alike = partial(go_on, mesh) if varies_within_faces(mesh) else None
+    varies = any(vary_within_faces(mesh))
+    alike = partial(go_on, mesh) if varies else None
     patches = make_patches(*mesh[:3], patch_area, materials, divided=True, go_on=alike)
-    reflectance, emission = _colors_of_patches(mesh, patches)
+    reflectance, emission = mesh.face_reflectance()[patches.faces], mesh.face_emission()[patches.faces]
+    if varies:
+        cut = (np.bincount(patches.faces) > 1)[patches.faces]
+        parts = _colors_of_some(mesh, patches.faces, cut, patches.triangle_patch, patches.triangles)
+        reflectance[cut], emission[cut] = parts
     gloss = require_energy(reflectance, {name: values[patches.faces] for name, values in gloss.items()}, "patch")
     core = _core.Surfels(
         patches.centroids,
@@ -37,30 +41,35 @@ def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
         **gloss,
     )
     faces = faces_of_patches(patches, len(mesh.offsets) - 1)
-    if mesh.textures:
-        faces = faces._replace(textures=SeenTextures(mesh))
+    if varies:
+        faces = faces.with_colors(mesh)
     if not back_of_sheets:
         return core, faces
     sheet = sheet_faces(mesh)[patches.faces]
     return with_backs(core, sheet), faces.taken(np.append(np.arange(len(sheet)), np.flatnonzero(sheet)))
 
 
-def _colors_of_patches(mesh, patches):
-    """Reflectance and emission (n, 3) of Patches of a Mesh: of its faces or, of those that were cut, of their parts."""
-    values = mesh.face_reflectance()[patches.faces], mesh.face_emission()[patches.faces]
-    of_cut = (np.bincount(patches.faces) > 1)[patches.faces]
-    if varies_within_faces(mesh) and of_cut.any():
-        some = of_cut[patches.triangle_patch]
-        patch, triangles = patches.triangle_patch[some], patches.triangles[some]
-        a, b, c = triangles.transpose(1, 0, 2)
-        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        total = np.bincount(patch, areas, len(of_cut))[of_cut]
-        for all_of_them, of_triangles in zip(
-            values, colors_of_parts(mesh, patches.faces[patch], triangles), strict=True
-        ):
-            sums = [np.bincount(patch, areas * channel, len(of_cut))[of_cut] for channel in of_triangles.T]
-            all_of_them[of_cut] = np.stack(sums, axis=1) / total[:, None]
-    return values
+def with_colors_of_pieces(core, of, faces):
+    """core, whose surfels are pieces of surfels (n,) before, with the colours of pieces from where faces.Faces lie."""
+    if faces.mesh is None:
+        return core
+    cut = (np.bincount(of) > 1)[of]
+    parts = _colors_of_some(faces.mesh, faces.of, cut, core.triangle_surfel, core.triangles)
+    colors = {}
+    for name, part, varies in zip(("reflectance", "emission"), parts, vary_within_faces(faces.mesh), strict=True):
+        if varies:
+            colors[name] = np.array(getattr(core, name))
+            colors[name][cut] = part
+    if "reflectance" in colors and core.has_specular:
+        require_energy(colors["reflectance"], {"specular": core.specular}, "patch")
+    return replaced(core, **colors)
+
+
+def _colors_of_some(mesh, face, some, owner, triangles):
+    """(reflectance, emission) of some (n,) of patches on a face (n,) of a Mesh, whose triangles have an owner (t,)."""
+    of_some = some[owner]
+    row = np.cumsum(some) - 1
+    return colors_of_patches(mesh, face[some], row[owner[of_some]], triangles[of_some])
 
 
 def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
@@ -81,9 +90,9 @@ def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
 def _colors_around(mesh, points, face, triangles, area):
     """Reflectance and emission (n, 3) that a Mesh has around points on faces (n,), each in one of triangles (n, 3, 3):
     the mean over so much of that, shrunk towards the point, as `area`."""
-    if not varies_within_faces(mesh):
+    if not any(vary_within_faces(mesh)):
         return mesh.face_reflectance()[face], mesh.face_emission()[face]
     a, b, c = triangles.transpose(1, 0, 2)
     share = np.sqrt(np.minimum(1.0, area / (0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))))
     middle = points[:, None]
-    return colors_of_parts(mesh, face, middle + share[:, None, None] * (triangles - middle))
+    return colors_of_patches(mesh, face, np.arange(len(face)), middle + share[:, None, None] * (triangles - middle))

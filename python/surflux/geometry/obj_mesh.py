@@ -42,7 +42,7 @@ def read_obj_mesh(path):
     if of_faces is None:
         of_faces = np.full((len(colored), 3), USUAL)
     by_vertices = (colored & ~painted)[:, None]
-    return mesh._replace(of_faces=np.where(by_vertices, mesh.mean_of_corners(rho), of_faces))
+    return mesh._replace(of_faces=np.where(by_vertices, mesh.mean_over_faces(rho), of_faces))
 
 
 def _colors_of_vertices(path, colors):

@@ -24,7 +24,7 @@ def read_ply_mesh(path):
     mesh = Mesh(points, ply["face_offsets"], ply["face_indices"].astype(np.int64), rho, of_faces)
     exitance = _ply_linear(path, ply, "face", "emission")
     if exitance is None and (of_vertices := _ply_linear(path, ply, "vertex", "emission")) is not None:
-        exitance = mesh.mean_of_corners(of_vertices)
+        exitance = mesh.mean_over_faces(of_vertices)
     mesh = mesh._replace(exitance=exitance)
     has_reflectance = any("reflectance_r" in columns for columns in ply["columns"].values())
     return mesh if has_reflectance else with_textures(path, mesh, ply)

@@ -15,15 +15,10 @@ _WHOLE = np.zeros((1, 2)), np.eye(2)[None]
 class SeenTextures:
     """The textures of a Mesh."""
 
-    def __init__(self, mesh):
+    def __init__(self, mesh, filtered):
+        """filtered: a dict of (_core.MipMap, the mean of all that is there), by what reads a texture, to keep them."""
         self._mesh = mesh
-        self._filtered = {}  # (_core.MipMap, the mean of all that is there), by what reads the texture
-
-    def transformed(self, linear, shift):
-        """Those of the mesh where it is at linear @ p + shift."""
-        result = SeenTextures(self._mesh._replace(vertices=self._mesh.vertices @ linear.T + shift))
-        result._filtered = self._filtered
-        return result
+        self._filtered = filtered
 
     def on(self, face):
         """(m,) whether faces (m,) have a texture."""
@@ -31,11 +26,6 @@ class SeenTextures:
         for use in self._mesh.textures:
             has[use.faces] = True
         return has[face]
-
-    def without(self, of):
-        """Those that are neither "reflectance" nor "emission", whichever `of` has; None where none is left."""
-        kept = tuple(use for use in self._mesh.textures if ("emission" if use.shines else "reflectance") not in of)
-        return SeenTextures(self._mesh._replace(textures=kept)) if kept else None
 
     def paint(self, face, points, sides, reflectance, emission):
         """Puts into reflectance and emission (m, 3), in place, what textures have at points (m, 3) on faces (m,).

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from surflux._base.color import WHITE, rgb_of_grey, srgb_to_linear
+from surflux.geometry.fans import fans_of_faces, sums_of_rows
 from surflux.geometry.texel_means import mean_texels
 
 NO_PLACE = 0xFFFFFFFF  # of a corner
@@ -98,23 +99,8 @@ class TexturedFaces(NamedTuple):
 
         Places are times `scale`, plus `shift`, (2,) each.
         """
-        first, corners = self.offsets[faces], np.diff(self.offsets)[faces]
-        # Polygons as fans of triangles around their first corner, which beyond a concave corner count less than 0.
-        of = np.repeat(np.arange(len(faces)), corners - 2)
-        second = first[of] + 1 + np.arange(len(of)) - np.repeat(np.cumsum(corners - 2) - (corners - 2), corners - 2)
-        fan = np.stack([first[of], second, second + 1], axis=1)
-        a, b, c = self.vertices[self.indices[fan]].transpose(1, 0, 2)
-        crosses = np.cross(b - a, c - a)
-        normals = _sums(of, crosses, len(faces))
-        weights = np.einsum("tk,tk->t", crosses, normals[of])
-        weights[~(np.bincount(of, weights, len(faces))[of] > 0.0)] = 1.0
+        of, fan, shares = fans_of_faces(self.vertices, self.offsets, self.indices, faces)
         found = np.full((len(of), 3), np.nan)
         known = np.all(self.of_corners[fan] != NO_PLACE, axis=1)
         found[known] = mean_texels(texture, self.places[self.of_corners[fan[known]]] * scale + shift)
-        means = _sums(of, weights[:, None] * found, len(faces)) / np.bincount(of, weights, len(faces))[:, None]
-        return np.clip(means, 0.0, 1.0)
-
-
-def _sums(of, values, count):
-    """(count, 3): sums of the rows of values that are of the same."""
-    return np.stack([np.bincount(of, channel, count) for channel in values.T], axis=1)
+        return np.clip(sums_of_rows(of, shares[:, None] * found, len(faces)), 0.0, 1.0)

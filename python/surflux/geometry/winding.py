@@ -107,7 +107,7 @@ def _touch_others(edges, along, lengths):
 
 def _volumes(mesh, along, areas, piece, sign):
     """Of each piece, three times the volume inside, below 0 if faces of sign 1, and backs of sign -1, face that."""
-    middle = mesh.mean_of_corners(mesh.vertices)
+    middle = mesh.mean_over_faces(mesh.vertices)
     total = np.maximum(np.bincount(piece, areas), np.finfo(float).tiny)
     center = np.stack([np.bincount(piece, areas * m) for m in middle.T], axis=1) / total[:, None]
     return np.bincount(piece, sign * np.sum((middle - center[piece]) * along, axis=1))

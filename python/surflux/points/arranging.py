@@ -14,6 +14,7 @@ from surflux.geometry.cores import gloss_at, make_core, moved, replaced
 from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.gloss import NO_GLOSS, gloss_arrays, require_energy
+from surflux.geometry.mesh_surfels import with_colors_of_pieces
 
 _ASLANT = np.array([0.577, 0.618, 0.533])  # to no usual normal at right angles
 
@@ -37,6 +38,12 @@ def flipped(self: SomeSurfels, mask: ArrayLike | None = None) -> SomeSurfels:
     of_turned = mask[self.triangle_surfel]
     triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
     return self._from_core(replaced(self._core, normals=normals, triangles=triangles), self._faces)
+
+
+def with_other_sides(s):
+    """All surfels, then a copy of each that faces the other way."""
+    faces = None if s._faces is None else s._faces.taken(np.tile(np.arange(len(s)), 2))
+    return s._from_core(s._core.two_sided(), faces)
 
 
 def replace(
@@ -79,7 +86,7 @@ def replace(
     faces = self._faces
     if faces is not None:
         colors = ("reflectance", "emission")
-        faces = faces.without_textures(
+        faces = faces.without_colors(
             [n for n in colors if n in given and not np.array_equal(given[n], getattr(core, n))]
         )
     return self._from_core(replaced(self._core, **given), faces)
@@ -242,7 +249,7 @@ def divide_patches(
 
     A patch has one value. With both sides of a wall in it, each side has light of the other: beneath a wall light leaks
     into the dark, and a dark rim runs around a box in the sun. Surfels.from_mesh cuts the patches of one mesh so;
-    scene files are cut as they are loaded.
+    scene files are cut as they are loaded. Pieces have what of a texture, or of colours of vertices, is there.
 
     Args:
         objects: list of Surfels.
@@ -254,7 +261,7 @@ def divide_patches(
         list of Surfels: those that nothing stands on as they are, others with more patches and the same area in all.
 
     Raises:
-        ValueError: not such a list.
+        ValueError: not such a list; a piece whose reflectance and specular are 1 or more together.
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
@@ -275,8 +282,10 @@ def divide_patches(
 
 
 def _cut(s, core, of):
-    faces = None if s._faces is None else s._faces.divided(of, core.positions)
-    return s._from_core(core, faces)
+    if s._faces is None:
+        return s._from_core(core)
+    faces = s._faces.divided(of, core.positions)
+    return s._from_core(with_colors_of_pieces(core, of, faces), faces)
 
 
 def only_so_many(there, n):

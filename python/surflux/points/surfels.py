@@ -129,7 +129,7 @@ class Surfels:
     def _reflecting(self, reflectance):
         """The same with another reflectance, (n, 3)."""
         return Surfels._from_core(
-            self._core.with_reflectance(reflectance), self._faces and self._faces.without_textures()
+            self._core.with_reflectance(reflectance), self._faces and self._faces.without_colors()
         )
 
     @classmethod
@@ -208,9 +208,8 @@ class Surfels:
         gloss = require_energy(polygons.face_reflectance(), gloss_arrays(specular, exponent, faces, "face"))
         with file_named(mesh), watched(threads, progress):
             core, of = surfels_of_patches(polygons, patch_area, gloss, two_sided == "sheets")
-        if two_sided is True:
-            core, of = core.two_sided(), of.taken(np.tile(np.arange(len(core)), 2))
-        return cls._from_core(core, of)
+        surfels = cls._from_core(core, of)
+        return arranging.with_other_sides(surfels) if two_sided is True else surfels
 
     @classmethod
     def sample_mesh(
@@ -338,7 +337,7 @@ class Surfels:
         return Surfels._from_core(self._core, self._faces)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_core": self._core, "_arrays": {}, "_faces": self._faces and self._faces.without_textures()}
+        return {"_core": self._core, "_arrays": {}, "_faces": self._faces and self._faces.without_colors()}
 
     def __len__(self) -> int:
         return len(self._core)

@@ -16,7 +16,7 @@ from surflux.geometry.orientation import inward_patches
 from surflux.geometry.sheets import sheet_faces
 from surflux.geometry.transparency import tell_backs
 from surflux.geometry.winding import warn_of_winding, wound_alike
-from surflux.points.arranging import only_so_many
+from surflux.points.arranging import only_so_many, with_other_sides
 from surflux.points.reading import read, read_with_faces
 from surflux.points.surfels import Surfels
 from surflux.scenes import patterns, shapes
@@ -101,7 +101,7 @@ def open_object(table):
         if orient:
             surfels = table.call(_turned_outwards, surfels, rooms)
         surfels = _painted(table, surfels, shape, side)
-        return Surfels._from_core(surfels._core.two_sided()) if two_sided else surfels
+        return with_other_sides(surfels) if two_sided else surfels
 
     return Source(count, min(fewest, count), most, 2 if two_sided else 1, make)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pyvista
 
 from surflux._base import check
+from surflux.geometry.strips import without_strips
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Light, Scene
 from surflux.solutions.lit_points import LIGHT
@@ -71,7 +72,7 @@ class PolyDataAccessor:
         """
         surfels = self.surfels() if surfels is None else check.surfels("surfels", surfels)
         data = self._dataset
-        data = data.triangulate() if data.n_strips else data.copy()
+        data = without_strips(data) if data.n_strips else data.copy()
         faces = data.GetNumberOfPolys()
         if faces and (surfels._faces is None or surfels._faces.count != faces):
             raise ValueError(f"surfels: wanted those of the dataset's {check.counted(faces, 'face')}")

@@ -153,14 +153,17 @@ def test_emission_that_is_given_leaves_the_texture_of_reflectance(square):
     np.testing.assert_allclose(albedo, LINEAR, atol=2e-3)
 
 
-def test_scene_files_keep_textures(square):
-    """Their objects have colours put on them, of which none were other ones."""
+@pytest.mark.parametrize("two_sided", ["false", '"sheets"', "true"])
+def test_scene_files_keep_textures(square, two_sided):
+    """Their objects have colours put on them, of which none were other ones. With both sides they had lost them."""
     path = square.parent / "scene.toml"
-    text = '[[object]]\nfile = "square.obj"\nkind = "mesh"\ntranslate = [1, 0, 0]\n'
+    text = f'[[object]]\nfile = "square.obj"\nkind = "mesh"\ntranslate = [1, 0, 0]\ntwo_sided = {two_sided}\n'
     path.write_text(text + '[[light]]\ntype = "environment"\nradiance = 1.0\n')
     camera = sf.Camera([1.5, 0.5, 3.0], [1.5, 0.5, 0.0], up=[0, 1, 0], height=1.0)
-    albedo = sf.solve(sf.load_scene(path)).render(camera, (TEXELS, TEXELS), samples=1, layers=["albedo"])["albedo"]
+    solution = sf.solve(sf.load_scene(path))
+    albedo = solution.render(camera, (TEXELS, TEXELS), samples=1, layers=["albedo"])["albedo"]
     np.testing.assert_allclose(albedo, LINEAR, atol=2e-3)
+    assert solution.per_face("irradiance").shape == (1, 3)
 
 
 def test_light_on_a_texture_is_that_on_a_plain_wall(square):
@@ -190,7 +193,7 @@ def test_what_is_not_there_of_a_texture_is_no_black():
     mesh = trimesh.Trimesh(SQUARE, TWO, process=False)
     mesh.visual = trimesh.visual.TextureVisuals(uv=SQUARE[:, :2], material=material)
     with pytest.warns(UserWarning, match="transparency"):
-        textures = SeenTextures(read_mesh(mesh))
+        textures = SeenTextures(read_mesh(mesh), {})
     points = np.array([[0.2, 0.1, 0], [0.5, 0.2, 0], [0.75, 0.3, 0]])
     reflectance, emission = np.full((3, 3), 0.9), np.zeros((3, 3))
     textures.paint(np.zeros(3, int), points, np.tile(1e-3 * np.eye(3)[:2], (3, 1, 1)), reflectance, emission)
@@ -206,7 +209,7 @@ def test_few_filtered_textures_are_kept(square, monkeypatch):
     monkeypatch.setattr(seen_textures, "_KEPT", 0)
     monkeypatch.setattr(seen_textures, "_LARGEST", TEXELS**2 // 4)
     write_square(square.parent, "Kd 1 1 1\nmap_Kd texture.png\nKe 1 1 1\nmap_Ke texture.png")
-    textures = SeenTextures(read_mesh(square))
+    textures = SeenTextures(read_mesh(square), {})
     reflectance, emission = np.zeros((1, 3)), np.zeros((1, 3))
     side = 2.0 / TEXELS
     textures.paint(np.zeros(1, int), np.array([[side, side, 0]]) / 2, side * np.eye(3)[None, :2], reflectance, emission)
