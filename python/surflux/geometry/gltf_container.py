@@ -9,10 +9,19 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from surflux.scans.gltf import GLB_BIN, GLB_CHUNK, GLB_JSON, GLB_MAGIC, GLB_START, GLB_VERSION
-from surflux.splats import gltf_format as gltf
+from surflux.geometry.gltf_format import (
+    COMPONENTS,
+    GLB_BIN,
+    GLB_CHUNK,
+    GLB_JSON,
+    GLB_MAGIC,
+    GLB_START,
+    GLB_VERSION,
+    WIDTHS,
+)
 
 DAMAGED = (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError)
+_MOST_ZEROS = 1 << 28  # elements that no byte of a file stands for
 
 
 class Container:
@@ -45,35 +54,84 @@ class Container:
         """How many elements an accessor says it has."""
         return whole("count", self.entry("accessors", index)["count"])
 
-    def array(self, index, wanted):
-        """An accessor as (count, width) float64, or (count,) of scalars; normalized integers as what they stand for."""
+    def array(self, index, *wanted):
+        """An accessor of a type that is wanted, as "VEC3": (count, width) float64, or (count,) of scalars.
+
+        Normalized integers are what they stand for.
+        """
         accessor = self.entry("accessors", index)
-        if "sparse" in accessor or "bufferView" not in accessor:
-            raise ValueError("an accessor is sparse, or has no bufferView, which is not read here")
-        kind, component = accessor["type"], gltf.COMPONENTS[accessor["componentType"]]
-        if kind != wanted:
-            raise ValueError(f"an accessor is {kind!r}; wanted {wanted}")
-        dtype, width, count = np.dtype(component), gltf.WIDTHS[kind], self.count(index)
-        view = self.entry("bufferViews", accessor["bufferView"])
+        if "sparse" not in accessor and "bufferView" not in accessor:
+            raise ValueError("an accessor has no bufferView")
+        kind, dtype = accessor["type"], np.dtype(COMPONENTS[accessor["componentType"]])
+        if kind not in wanted:
+            raise ValueError(f"an accessor is {kind!r}; wanted {' or '.join(wanted)}")
+        width, count = WIDTHS[kind], self.count(index)
+        if "sparse" in accessor:
+            values = self._with_sparse(accessor, dtype, width, count)
+        else:
+            values = self._elements(accessor, dtype, width, count)
+        if accessor.get("normalized", False) and dtype.kind in "iu":
+            values = np.maximum(values / np.iinfo(dtype).max, -1.0)
+        return values[:, 0] if width == 1 else values
+
+    def _elements(self, of, dtype, width, count):
+        """(count, width) float64 in the bufferView of an accessor, or of a part of a sparse one."""
+        view = self.entry("bufferViews", of["bufferView"])
         if view.get("extensions"):
             raise ValueError(f"a bufferView has {', '.join(view['extensions'])}, which is not read here")
         data = self._buffer(view["buffer"])
         begin, length = (whole(name, view.get(name, 0)) for name in ("byteOffset", "byteLength"))
         stride = whole("byteStride", view.get("byteStride", width * dtype.itemsize), 252)
-        offset = whole("byteOffset", accessor.get("byteOffset", 0))
+        offset = whole("byteOffset", of.get("byteOffset", 0))
         last = offset + (count - 1) * stride + width * dtype.itemsize
         if stride < width * dtype.itemsize or count < 1 or last > length or begin + length > len(data):
             raise ValueError(f"{count} elements of an accessor are not in its buffer")
-        values = np.ndarray((count, width), dtype, data, begin + offset, (stride, dtype.itemsize)).astype(np.float64)
-        if accessor.get("normalized", False) and dtype.kind in "iu":
-            values = np.maximum(values / np.iinfo(dtype).max, -1.0)
-        return values[:, 0] if width == 1 else values
+        return np.ndarray((count, width), dtype, data, begin + offset, (stride, dtype.itemsize)).astype(np.float64)
+
+    def _with_sparse(self, accessor, dtype, width, count):
+        """(count, width) float64: of the accessor's bufferView, 0 without one, but for the elements that it lists."""
+        sparse = accessor["sparse"]
+        number, of_indices = whole("count of sparse", sparse["count"], count), sparse["indices"]
+        rows = self._elements(of_indices, np.dtype(COMPONENTS[of_indices["componentType"]]), 1, number)[:, 0]
+        if not ((rows >= 0) & (rows < count)).all():
+            raise ValueError(f"a sparse accessor has an element {rows.max():g} of {count}")
+        if "bufferView" in accessor:
+            values = self._elements(accessor, dtype, width, count)
+        elif count > _MOST_ZEROS:
+            raise ValueError(f"a sparse accessor has {count} elements; wanted up to {_MOST_ZEROS} without a bufferView")
+        else:
+            values = np.zeros((count, width))
+        values[rows.astype(np.int64)] = self._elements(sparse["values"], dtype, width, number)
+        return values
+
+    def view(self, index):
+        """The bytes of a bufferView."""
+        view = self.entry("bufferViews", index)
+        data = self._buffer(view["buffer"])
+        begin, length = (whole(name, view.get(name, 0)) for name in ("byteOffset", "byteLength"))
+        if begin + length > len(data):
+            raise ValueError(f"bufferView {index} is not in its buffer")
+        return data[begin : begin + length]
+
+    def data(self, uri, length=None):
+        """The bytes of a data URI, or the first `length` of a file beside the .gltf; FileNotFoundError of none."""
+        if uri.startswith("data:"):
+            return _decoded(uri)
+        name = unquote(uri)
+        if "://" in name or os.path.isabs(name) or "\0" in name:
+            raise ValueError(f"wanted a file beside it, got {uri[:60]!r}")
+        places = (self._folder / one for one in (name, uri, name.replace("\\", "/")))
+        with open(next((place for place in places if place.is_file()), self._folder / name), "rb") as file:
+            return file.read(length)
 
     def _buffer(self, index):
         if index not in self._buffers:
             buffer = self.entry("buffers", index)
             length = whole("byteLength", buffer["byteLength"])
-            data = self._binary if "uri" not in buffer else _of_uri(self._folder, buffer["uri"], length)
+            try:
+                data = self._binary if "uri" not in buffer else self.data(buffer["uri"], length)
+            except FileNotFoundError as fault:
+                raise ValueError(f"its buffer {unquote(buffer['uri'])[:60]!r} is not there") from fault
             if data is None or len(data) < length:
                 raise ValueError(f"is cut off: buffer {index} has {len(data or b'')} of {length} bytes")
             self._buffers[index] = data[:length]
@@ -117,24 +175,15 @@ def _glb(data):
     return chunks[GLB_JSON], chunks.get(GLB_BIN)
 
 
-def _of_uri(folder, uri, length):
-    """The bytes of a data URI, or the first `length` of a file beside the .gltf."""
-    if uri.startswith("data:"):
-        kind, _, packed = uri.partition(",")
-        if not kind.endswith(";base64"):
-            raise ValueError("a data URI is not base64")
-        try:
-            return base64.b64decode(packed, validate=True)
-        except binascii.Error as fault:
-            raise ValueError(f"a data URI is damaged ({fault})") from fault
-    name = unquote(uri)
-    if "://" in name or os.path.isabs(name) or "\0" in name:
-        raise ValueError(f"wanted buffers beside the file, got {uri[:60]!r}")
-    path = folder / name
-    if not path.is_file():
-        raise ValueError(f"its buffer {name[:60]!r} is not there")
-    with open(path, "rb") as file:
-        return file.read(length)
+def _decoded(uri):
+    """The bytes of a data URI."""
+    kind, _, packed = uri.partition(",")
+    if not kind.endswith(";base64"):
+        raise ValueError("a data URI is not base64")
+    try:
+        return base64.b64decode(packed, validate=True)
+    except binascii.Error as fault:
+        raise ValueError(f"a data URI is damaged ({fault})") from fault
 
 
 def _no_constant(name):
