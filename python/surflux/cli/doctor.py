@@ -41,7 +41,7 @@ def examined(options, limit, solve_options):
             result, lines = _transfer(options)
         elif suffix in _PICTURES and path.is_file():
             result, lines = _picture(options)
-        elif suffix in (*PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES) or (suffix == ".obj" and _has_faces(path)):
+        elif suffix in (*GLTF, *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES) or (suffix == ".obj" and _has_faces(path)):
             result, lines = _mesh(options)
         elif format_of(path) == "ply" and holds_solution(path):
             result, lines = _solution(options)

@@ -54,10 +54,10 @@ class Container:
         """How many elements an accessor says it has."""
         return whole("count", self.entry("accessors", index)["count"])
 
-    def array(self, index, *wanted):
+    def array(self, index, *wanted, normalized=False):
         """An accessor of a type that is wanted, as "VEC3": (count, width) float64, or (count,) of scalars.
 
-        Normalized integers are what they stand for.
+        Normalized integers are what they stand for. normalized: also where the file does not say that they are.
         """
         accessor = self.entry("accessors", index)
         if "sparse" not in accessor and "bufferView" not in accessor:
@@ -70,7 +70,7 @@ class Container:
             values = self._with_sparse(accessor, dtype, width, count)
         else:
             values = self._elements(accessor, dtype, width, count)
-        if accessor.get("normalized", False) and dtype.kind in "iu":
+        if (normalized or accessor.get("normalized", False)) and dtype.kind in "iu":
             values = np.maximum(values / np.iinfo(dtype).max, -1.0)
         return values[:, 0] if width == 1 else values
 

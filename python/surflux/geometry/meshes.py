@@ -12,7 +12,7 @@ from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, white_of_c
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
-from surflux.geometry.gltf_materials import check_colors, factors_of_file, take_strengths
+from surflux.geometry.gltf_meshes import read_gltf
 from surflux.geometry.obj_materials import looks_of_faces
 from surflux.geometry.stl import require_whole_stl
 from surflux.geometry.textures import TexturedFaces
@@ -46,7 +46,8 @@ def read_mesh(mesh):
     OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
     triangles; VTK makes three vertices of one where texture coordinates or normals differ, so that neighbours no longer
     share edges.)
-    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
+    glTF is, too, with all that its scene shows. VTK's formats go through pyvista; STL and OFF through trimesh, the
+    extra surflux[meshes].
 
     Args:
         mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; (vertices (v, 3), faces), where faces are an (f, k)
@@ -73,7 +74,7 @@ def read_mesh(mesh):
 
 PYVISTA_SUFFIXES = (".vtp", ".vtk")
 GLTF = (".glb", ".gltf")  # which have y up, by their specification
-TRIMESH_SUFFIXES = (".stl", ".off", *GLTF)  # those it needs no further package for
+TRIMESH_SUFFIXES = (".stl", ".off")  # those it needs no further package for
 
 
 def _read_file(path):
@@ -89,17 +90,17 @@ def _read_file(path):
         mesh = Mesh(vertices, offsets, indices.astype(np.int64), rho, None if rho is not None else of_faces, exitance)
         if uses:
             mesh = mesh._replace(places=textured.of_each_corner(), textures=uses)
+    elif suffix in GLTF:
+        mesh = read_gltf(path)
+        warn_of_transparency(path, "alphaMode", mesh.clear)
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)
     elif suffix in TRIMESH_SUFFIXES:
         if suffix == ".stl":
             require_whole_stl(path)
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
-        if suffix in GLTF:
-            check_colors(path)
-            warn_of_transparency(path, "alphaMode", mesh.clear)
     else:
-        supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
+        supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES, *GLTF))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
     problem = _problem(mesh)
     if problem:
@@ -202,15 +203,11 @@ def _read_with_pyvista(path):
 def _read_with_trimesh(path):
     import trimesh
 
-    scene = trimesh.load(path)
-    if Path(path).suffix.lower() not in GLTF:
-        return _convert(scene)
-    take_strengths(path, scene)
-    return _convert(scene, factors_of_file(path))  # parts of a scene stay apart, each with its material
+    return _convert(trimesh.load(path))
 
 
-def _convert(mesh, factors=None):
-    found = convert(mesh, factors)
+def _convert(mesh):
+    found = convert(mesh)
     if found is None and isinstance(mesh, tuple | list) and len(mesh) == 2:
         found = _from_arrays(*mesh)
     if found is None:
