@@ -4,6 +4,7 @@ from functools import partial
 from urllib.parse import unquote
 
 from surflux.geometry.gltf_container import DAMAGED
+from surflux.geometry.gltf_format import NEAREST
 from surflux.geometry.textures import decoded_texture
 
 _KEPT = 2  # decoded at a time: base colour and emission of a material
@@ -15,7 +16,7 @@ class Textures:
     def __init__(self):
         self._images = {}  # bytes, by index
         self._covers = {}
-        self._reads = {}  # by image and cover
+        self._reads = {}  # by image, cover and filter
         self._decoded = {}
         self.lost = []  # why a texture is not there
 
@@ -26,12 +27,13 @@ class Textures:
         """
         name = f"of {material}"
         try:
-            index = _image_of(file.entry("textures", texture_info["index"]))
+            texture = file.entry("textures", texture_info["index"])
+            index = _image_of(texture)
             image = file.entry("images", index)
             name = f"{_name_of(image, index)!r} of {material}"
             if index not in self._images:
                 self._images[index] = file.data(image["uri"]) if "uri" in image else file.view(image["bufferView"])
-            key = index, None if cover is None else cover.tobytes()
+            key = index, None if cover is None else cover.tobytes(), _is_nearest(file, texture)
             self._covers[key] = cover
             self._texture(key)
         except FileNotFoundError:
@@ -54,7 +56,8 @@ class Textures:
         if key not in self._decoded:
             while len(self._decoded) >= _KEPT:
                 del self._decoded[next(iter(self._decoded))]
-            self._decoded[key] = decoded_texture(self._images[key[0]], self._covers[key])
+            texture = decoded_texture(self._images[key[0]], self._covers[key])
+            self._decoded[key] = texture._replace(nearest=key[2])
         return self._decoded[key]
 
 
@@ -64,6 +67,11 @@ def _image_of(texture):
         if "source" in one:
             return one["source"]
     raise ValueError("it has no source")
+
+
+def _is_nearest(file, texture):
+    """Whether a texture shows its texels as they are where it is magnified."""
+    return "sampler" in texture and file.entry("samplers", texture["sampler"]).get("magFilter") == NEAREST
 
 
 def _name_of(image, index):

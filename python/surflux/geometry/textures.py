@@ -19,12 +19,14 @@ _LARGEST = 1 << 29  # pixels of a file: 23 000 on a side, 1.6 GB
 class Texture(NamedTuple):
     """An image: (h, w, 3) pixels of 8 or 16 bits, and what each of their values is, linear.
 
-    With `cover` pixels are (h, w, 4), and it has, from 0 to 1, what is there of a texel by its alpha.
+    With `cover` pixels are (h, w, 4), and it has, from 0 to 1, what is there of a texel by its alpha. Pictures show
+    texels that are larger than what they see of it as they are where it is `nearest`, else interpolated.
     """
 
     pixels: np.ndarray
     linear: np.ndarray
     cover: np.ndarray | None = None
+    nearest: bool = False
 
     def values(self, row, column, channel):
         """What texels have of a channel, linear, times what is there of them; of channel 3 what is there."""

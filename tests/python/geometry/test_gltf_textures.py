@@ -102,3 +102,30 @@ def test_mirrored_faces_keep_their_places(tmp_path):
     wanted = 0.98 / 255 * np.array(QUARTERS)[(y < 0.5).astype(int), (x < -0.5).astype(int)]
     np.testing.assert_allclose(found.reflectance[inside], wanted, atol=1e-6)
     assert (found.normals[:, 2] > 0.9).all()
+
+
+@pytest.mark.parametrize(("sampler", "seen"), [({"magFilter": 9728}, [0, 0.98, 0]), ({"magFilter": 9729}, None)])
+def test_pictures_show_the_nearest_texel_where_a_sampler_says_so(tmp_path, sampler, seen):
+    """A face that lies on green, near red, was drawn as a mixture."""
+    row = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]
+    square = Square([row, row], places=np.full((4, 2), [0.27, 0.5], "<f4"))
+    square.header["samplers"] = [sampler]
+    square.header["textures"][0]["sampler"] = 0
+    surfels = sf.Surfels.from_mesh(square.save(tmp_path / "a.gltf"))
+    np.testing.assert_allclose(surfels.reflectance, [[0, 0.98, 0]] * len(surfels), atol=1e-6)
+    camera = sf.Camera([0.5, 0.5, 5], [0.5, 0.5, 0], [0, 1, 0], height=1)
+    picture = sf.solve(sf.Scene([surfels], [sf.Environment(1.0)]), rays=16).render(camera, (8, 8), layers=["albedo"])
+    if seen is None:
+        assert picture["albedo"][4, 4].min(initial=1.0, where=[True, True, False]) > 0.1
+    else:
+        np.testing.assert_allclose(picture["albedo"][1:-1, 1:-1].reshape(-1, 3), [seen] * 36, atol=1e-6)
+
+
+def test_far_off_the_nearest_texel_is_no_longer_seen(tmp_path):
+    square = Square(QUARTERS, places=64 * UPRIGHT)
+    square.header["samplers"] = [{"magFilter": 9728}]
+    square.header["textures"][0]["sampler"] = 0
+    surfels = sf.Surfels.from_mesh(square.save(tmp_path / "a.gltf"))
+    camera = sf.Camera([0.5, 0.5, 5], [0.5, 0.5, 0], [0, 1, 0], height=1)
+    picture = sf.solve(sf.Scene([surfels], [sf.Environment(1.0)]), rays=16).render(camera, (8, 8), layers=["albedo"])
+    np.testing.assert_allclose(picture["albedo"][1:-1, 1:-1].reshape(-1, 3), [[0.49] * 3] * 36, rtol=0.02)
