@@ -130,7 +130,7 @@ def _from_trimesh(mesh, colors):
 
 
 def joined(parts):
-    """One Mesh of several: trimesh would make one picture of their materials, without repeats and factors."""
+    """One Mesh of several of triangles, whose faces come one after another."""
     if not parts:
         return triangles(np.zeros((0, 3)), np.zeros((0, 3)))
     if len(parts) == 1:
@@ -178,7 +178,10 @@ def _merged(uses):
 
 
 def _sharing_textures(parts):
-    """Parts of a trimesh.Scene, which have copies of their textures, with one of each."""
+    """Parts of a trimesh.Scene, which have copies of their textures, with one of each.
+
+    trimesh itself would make one picture of their materials, without repeats and factors.
+    """
     read = {}  # by what is in a texture
     return [
         part._replace(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from surflux._base.check import counted
+from surflux._base.check import counted, listed
 from surflux._base.files import file_error
 from surflux._base.warn import warn
 from surflux.geometry.gltf_container import numbers
@@ -14,6 +14,7 @@ _TRANSFORM = "KHR_texture_transform"
 _STRENGTH = "KHR_materials_emissive_strength"
 _GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _LARGEST = 1e30  # of light, as transfers take it
+_NAMED = 3  # so many names in a warning
 _ALONE = "factors alone count there"
 
 
@@ -40,29 +41,37 @@ class Materials:
         return self._read[index]
 
     def tell(self, unplaced):
-        """Warnings of what is not there; unplaced: faces with a texture and without a place on it."""
+        """Warnings of what is not there.
+
+        unplaced: of faces with a texture and without a place on it, (index of their material, how many).
+        """
         lost = list(dict.fromkeys(self._textures.lost))
         if lost:
             more = f" (and {len(lost) - 1} more)" if len(lost) > 1 else ""
             warn(f"{self._path}: texture {lost[0]}{more}; {_ALONE}")
         if unplaced:
-            what = "has" if unplaced == 1 else "have"
-            faces = counted(unplaced, "face")
-            warn(f"{self._path}: {faces} {what} a texture and no place on it (TEXCOORD_0); {_ALONE}")
+            number = sum(count for _, count in unplaced)
+            names = list(dict.fromkeys(self._name(index) for index, _ in unplaced))
+            what = f"{counted(number, 'face')} of {listed(names, _NAMED)} {'has' if number == 1 else 'have'} a texture"
+            warn(f"{self._path}: {what} and no place on it (TEXCOORD_0); {_ALONE}")
         if self._left_out:
             what = " and ".join(sorted(self._left_out)) + (" is" if len(self._left_out) == 1 else " are")
             warn(f"{self._path}: {what} not read of textures: pictures lie on faces as TEXCOORD_0 has them")
 
+    def _name(self, index):
+        """What messages call a material."""
+        return f"material {self._file.entry('materials', index).get('name', index)}"
+
     def _material(self, material, index):
-        name = material.get("name")
-        told = f"material {index}" if name is None else f"material {name}"
+        told = self._name(index)
         factor, of_base = _base(material)
         cover = cover_of(material.get("alphaMode"), factor[3], material.get("alphaCutoff"))
-        if _GLOSSINESS in _of(material, "extensions"):
-            factor[:3] *= 1.0 - self._specular(_of(material["extensions"], _GLOSSINESS), told)
+        gloss = _glossiness(material)
+        if gloss is not None:
+            factor[:3] *= 1.0 - self._specular(gloss, told)
         exitance = self._exitance(material)
         return Material(
-            name,
+            material.get("name"),
             np.clip(factor[:3], 0.0, 1.0),
             self._texture(of_base, cover, told),
             exitance,
@@ -72,7 +81,7 @@ class Materials:
         )
 
     def _texture(self, info, cover, told):
-        """What reads the texture of a textureInfo, {} of none, of a material that messages call `told`."""
+        """What reads the texture of a textureInfo, None of an empty one, of a material that messages call `told`."""
         if not info:
             return None
         transform = _of(_of(info, "extensions"), _TRANSFORM)
@@ -84,8 +93,7 @@ class Materials:
 
     def _exitance(self, material):
         """(3,): what faces send by themselves, before their texture; None of none."""
-        factor = material.get("emissiveFactor")
-        factor = np.zeros(3) if factor is None else numbers("emissiveFactor", factor, 3)
+        factor = _factor(material, "emissiveFactor", np.zeros(3))
         strength = _of(_of(material, "extensions"), _STRENGTH).get("emissiveStrength", 1.0)
         if factor.min() < 0.0:
             raise ValueError(f"emissiveFactor: wanted numbers of at least 0, got {factor.min():g}")
@@ -93,13 +101,13 @@ class Materials:
             raise file_error(self._path, f"emissiveStrength is {strength}; wanted a finite number of at least 0")
         return np.pi * strength * factor if factor.any() else None
 
-    def _specular(self, material, told):
+    def _specular(self, gloss, told):
         """What KHR_materials_pbrSpecularGlossiness takes off diffuse colours: the largest channel of the specular one.
 
         Of a texture the mean counts.
         """
-        factor = numbers("specularFactor", material.get("specularFactor", [1, 1, 1]), 3)
-        read = self._texture(_of(material, "specularGlossinessTexture"), None, told)
+        factor = _factor(gloss, "specularFactor", np.ones(3))
+        read = self._texture(_of(gloss, "specularGlossinessTexture"), None, told)
         if read is not None:
             texture = read()
             factor = factor * texture.linear[texture.pixels].mean(axis=(0, 1))
@@ -109,11 +117,20 @@ class Materials:
 
 def _base(material):
     """(factor (4,), textureInfo) of the base colour, or of the diffuse one in its place."""
-    of, name = _of(material, "pbrMetallicRoughness"), "baseColor"
-    if _GLOSSINESS in _of(material, "extensions"):
-        of, name = _of(material["extensions"], _GLOSSINESS), "diffuse"
-    factor = f"{name}Factor"
-    return numbers(factor, of.get(factor, [1, 1, 1, 1]), 4), _of(of, f"{name}Texture")
+    gloss = _glossiness(material)
+    of, name = (_of(material, "pbrMetallicRoughness"), "baseColor") if gloss is None else (gloss, "diffuse")
+    return _factor(of, f"{name}Factor", np.ones(4)), _of(of, f"{name}Texture")
+
+
+def _glossiness(material):
+    """The object of a material's specular reflection and glossiness; None without it."""
+    found = _of(material, "extensions").get(_GLOSSINESS)
+    return found if isinstance(found, dict) else None
+
+
+def _factor(of, name, usual):
+    """The numbers of an object under a name; the usual ones where it has none."""
+    return usual if of.get(name) is None else numbers(name, of[name], len(usual))
 
 
 def _of(element, name):

@@ -69,7 +69,8 @@ def _mesh(path, file):
     once = {key: primitive for key, primitive, _ in shown}
     order = sorted(once, key=lambda key: materials.images(once[key].get("material")))
     parts = {key: _part(file, once[key], materials) for key in order}
-    materials.tell(sum(len(parts[key].mesh.offsets) - 1 for key, _, _ in shown if parts[key].unplaced))
+    unplaced = [(once[key]["material"], len(parts[key].mesh.offsets) - 1) for key, *_ in shown if parts[key].unplaced]
+    materials.tell(unplaced)
     if left_out:
         what = " and ".join(left_out) + (" is" if len(left_out) == 1 else " are")
         warn(f"{path}: {what} not read: faces stand as they do without")

@@ -220,3 +220,13 @@ def test_points_of_our_own_come_back_by_trimesh(tmp_path):
     wanted = sf.read(tmp_path / "ball.csv").reflectance[0]
     np.testing.assert_allclose(sf.Surfels(cloud.vertices, cloud.vertices).reflectance[0], 0.5)
     np.testing.assert_allclose(sf.Surfels(cloud, normals).reflectance[0], wanted, atol=0.003)
+
+
+def test_the_mean_of_a_specular_texture_counts(tmp_path):
+    gloss = {"specularFactor": [0.5, 0.5, 0.5], "specularGlossinessTexture": {"index": 0}}
+    halves = np.zeros((2, 2, 3), np.uint8)
+    halves[0, :, 1] = 255
+    more = {"extensions": {"KHR_materials_pbrSpecularGlossiness": gloss}}
+    path = written(tmp_path / "a.glb", {}, None, halves, **more)
+    with pytest.warns(UserWarning, match=r"a\.glb: specularGlossinessTexture of material 0 counts by its mean"):
+        np.testing.assert_allclose(read_mesh(path).face_reflectance(), 0.75)

@@ -70,7 +70,7 @@ def test_what_is_no_image_is_told(tmp_path, image, said):
 def test_faces_without_a_place_are_told(tmp_path):
     square = Square(QUARTERS, places=None)
     square.header["nodes"] = [{"mesh": 0, "children": [1]}, {"mesh": 0, "translation": [2, 0, 0]}]
-    said = r"a\.gltf: 4 faces have a texture and no place on it \(TEXCOORD_0\); factors alone count there"
+    said = r"a\.gltf: 4 faces of material m have a texture and no place on it \(TEXCOORD_0\); factors alone count there"
     with pytest.warns(UserWarning, match=said):
         mesh = read_mesh(square.save(tmp_path / "a.gltf"))
     np.testing.assert_allclose(mesh.face_reflectance(), 0.98)
