@@ -6,14 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
+from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
 from surflux.geometry.fans import fans_of_faces, sums_of_rows
-from surflux.geometry.gltf_materials import exitance_of, factor_of, is_gltf, linear_reflectance
+from surflux.geometry.gltf_looks import Material, linear_reflectance, looks_of
 from surflux.geometry.strips import without_strips
-from surflux.geometry.texel_means import mean_texels
 from surflux.geometry.textures import TextureUse, texture_of
-from surflux.geometry.transparency import cover_of, is_clear
+from surflux.geometry.transparency import cover_of
 
 
 class Mesh(NamedTuple):
@@ -76,27 +75,27 @@ _SURFACES = ("triangle", "quad")  # of meshio's cells, and polygons
 _WITHOUT_AREA = ("vertex", "line")
 
 
-def convert(mesh, factors=None):
-    """The Mesh of an object of another library; None where it is none. factors: see gltf_materials.factor_of."""
+def convert(mesh):
+    """The Mesh of an object of another library; None where it is none."""
     pyvista = sys.modules.get("pyvista")
     if pyvista is not None and isinstance(mesh, pyvista.PolyData):
         return _from_pyvista(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
-        return _from_trimesh(mesh, None, factors)
+        return _from_trimesh(mesh, None)
     if hasattr(mesh, "vertices") and hasattr(mesh, "triangles"):
         return _from_open3d(mesh)
     if hasattr(mesh, "to_legacy"):  # open3d.t.geometry
         return _from_open3d(mesh.to_legacy())
     if hasattr(mesh, "dump") and hasattr(mesh, "geometry"):  # trimesh.Scene
-        return _from_parts(
-            [_from_trimesh(part, _colors_in(mesh, part), factors) for part in mesh.dump() if hasattr(part, "faces")]
-        )
+        parts = [_from_trimesh(part, _colors_in(mesh, part)) for part in mesh.dump() if hasattr(part, "faces")]
+        return joined(_sharing_textures(parts))
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _from_meshio(mesh)
     return None
 
 
-def _triangles(vertices, faces, reflectance=None, of_faces=None, exitance=None, places=None, textures=(), **of_gltf):
+def triangles(vertices, faces, reflectance=None, of_faces=None, exitance=None, places=None, textures=(), **of_gltf):
+    """The Mesh of triangles (f, 3)."""
     faces = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
     vertices = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     offsets = 3 * np.arange(len(faces) + 1)
@@ -121,26 +120,31 @@ def _colors_in(scene, part):
     return colors if colors is not None and len(colors) == len(part.vertices) else None
 
 
-def _from_trimesh(mesh, colors, factors):
+def is_gltf(mesh):
+    """Is a mesh or a cloud of trimesh from a glTF file? Its colours are linear then."""
+    return "from_gltf_primitive" in (getattr(mesh, "metadata", None) or {})
+
+
+def _from_trimesh(mesh, colors):
     """colors: of vertices, linear, beside a material of glTF."""
     visual = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "vertex":
         of_colors = linear_reflectance if is_gltf(mesh) else reflectance_of
-        return _triangles(mesh.vertices, mesh.faces, reflectance=of_colors(visual.vertex_colors))
+        return triangles(mesh.vertices, mesh.faces, reflectance=of_colors(visual.vertex_colors))
     if kind == "face":
-        return _triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
+        return triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
     if kind == "texture":
         if colors is None and not is_gltf(mesh):
             colors = getattr(mesh, "vertex_attributes", {}).get("color")  # of OBJ files
-        return _triangles(mesh.vertices, mesh.faces, **_textured(visual, np.asarray(mesh.faces), colors, factors))
-    return _triangles(mesh.vertices, mesh.faces)
+        return triangles(mesh.vertices, mesh.faces, **_textured(visual, np.asarray(mesh.faces), colors))
+    return triangles(mesh.vertices, mesh.faces)
 
 
-def _from_parts(parts):
-    """One Mesh of several: trimesh would make one picture of their materials, without repeats and factors."""
+def joined(parts):
+    """One Mesh of several of triangles, whose faces come one after another."""
     if not parts:
-        return _triangles(np.zeros((0, 3)), np.zeros((0, 3)))
+        return triangles(np.zeros((0, 3)), np.zeros((0, 3)))
     if len(parts) == 1:
         return parts[0]
     before = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
@@ -156,11 +160,12 @@ def _from_parts(parts):
         painted["exitance"] = np.concatenate([part.face_emission() for part in parts])
     if any(part.textures for part in parts):
         first = np.cumsum([0] + [len(part.offsets) - 1 for part in parts[:-1]])
-        uses = ((use, face) for part, face in zip(parts, first, strict=True) for use in part.textures)
-        read = {}  # by what is in a texture: parts have copies of it
-        painted["textures"] = tuple(
-            use._replace(faces=use.faces + face, read=read.setdefault(_digest(use.read()), use.read))
-            for use, face in uses
+        painted["textures"] = _merged(
+            [
+                use._replace(faces=use.faces + face)
+                for part, face in zip(parts, first, strict=True)
+                for use in part.textures
+            ]
         )
         nowhere = (np.full((len(part.indices), 2), np.nan) for part in parts)
         painted["places"] = np.concatenate(
@@ -168,7 +173,34 @@ def _from_parts(parts):
         )
     painted["clear"] = tuple(one for part in parts for one in part.clear)
     painted["double_sided"] = sum(part.double_sided for part in parts)
-    return _triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), **painted)
+    return triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), **painted)
+
+
+def _merged(uses):
+    """TextureUses of faces of whole parts, one after another, as one for each texture."""
+    alike = {}
+    for use in uses:
+        alike.setdefault((use.read, use.shines, use.most), []).append(use)
+    return tuple(
+        some[0]._replace(
+            faces=np.concatenate([use.faces for use in some]), tint=np.concatenate([use.tint for use in some])
+        )
+        for some in alike.values()
+    )
+
+
+def _sharing_textures(parts):
+    """Parts of a trimesh.Scene, which have copies of their textures, with one of each.
+
+    trimesh itself would make one picture of their materials, without repeats and factors.
+    """
+    read = {}  # by what is in a texture
+    return [
+        part._replace(
+            textures=tuple(use._replace(read=read.setdefault(_digest(use.read()), use.read)) for use in part.textures)
+        )
+        for part in parts
+    ]
 
 
 def _digest(texture):
@@ -177,49 +209,46 @@ def _digest(texture):
     return blake2b(np.ascontiguousarray(texture.pixels).tobytes() + cover + shape).digest()
 
 
-def _textured(visual, faces, colors, factors):
-    """What _triangles takes of the material of faces, and of its textures, which it is times."""
+def _textured(visual, faces, colors):
+    """What `triangles` takes of the material of faces, and of its textures, which it is times."""
     if colors is None:
         colors = visual.vertex_attributes.get("color")
-    material, looks, uses = visual.material, {}, []
+    material = visual.material
     places = None if visual.uv is None else np.asarray(visual.uv, np.float64)[faces]
+    name = getattr(material, "name", None)
+    if hasattr(material, "baseColorFactor"):
+        return looks_of(_material_of_gltf(material, places is not None), faces, places, colors)
+    diffuse, image = _diffuse(material), getattr(material, "image", None)
+    if image is not None and places is not None:  # as paint has it for files
+        tint = diffuse if diffuse is not None and diffuse.any() else np.ones(3)
+        return looks_of(Material(name, tint, _held(image)), faces, places, None)
+    if colors is not None:
+        return {"reflectance": reflectance_of(colors)}
+    return {} if diffuse is None else looks_of(Material(name, diffuse, None), faces, None, None)
 
-    if is_clear(material, places is not None):
-        looks["clear"] = ((material.name, len(faces)),)
-    if getattr(material, "doubleSided", None):
-        looks["double_sided"] = len(faces)
 
-    def of_faces(image, tint, most, shines=False):
-        tint = np.broadcast_to(tint, (len(faces), 3))
-        if image is None or places is None:
-            return np.clip(tint, 0.0, most)
-        texture = texture_of(image, None if shines else cover_of(material))
-        uses.append(TextureUse(np.arange(len(faces)), tint, lambda: texture, shines=shines, most=most))
-        return np.clip(tint * mean_texels(texture, places), 0.0, most)
+def _material_of_gltf(material, placed):
+    """The Material of a PBRMaterial of trimesh, which has 8 bits of factors; its textures where faces lie on them."""
+    factor = np.full(4, 255.0) if material.baseColorFactor is None else np.asarray(material.baseColorFactor, np.float64)
+    cover = cover_of(material.alphaMode, factor[3] / 255.0, material.alphaCutoff)
+    emissive = material.emissiveFactor
+    return Material(
+        material.name,
+        factor[:3] / 255.0,
+        _held(material.baseColorTexture if placed else None, cover),
+        None if emissive is None or not np.any(emissive) else np.pi * np.asarray(emissive, np.float64),
+        _held(material.emissiveTexture if placed else None),
+        cover,
+        bool(material.doubleSided),
+    )
 
-    factor = factor_of(material, factors)  # of glTF: linear
-    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    if factor is None:
-        diffuse = _diffuse(material)
-        if image is not None and places is not None:  # as paint has it for files
-            tint = diffuse if diffuse is not None and diffuse.any() else 1.0
-            looks["of_faces"] = of_faces(image, WHITE * tint, WHITE)
-        elif colors is not None:
-            looks["reflectance"] = reflectance_of(colors)
-        elif diffuse is not None:
-            looks["of_faces"] = of_faces(None, diffuse, WHITE)
-    elif colors is None:
-        looks["of_faces"] = of_faces(image, factor if image is None or places is None else WHITE * factor, WHITE)
-    elif image is None or places is None:
-        looks["reflectance"] = np.clip(factor * linear_reflectance(colors), 0.0, WHITE)
-    else:
-        looks["of_faces"] = of_faces(image, factor * linear_reflectance(colors)[faces].mean(axis=1), WHITE)
-    exitance = exitance_of(material)
-    if exitance is not None:
-        looks["exitance"] = of_faces(getattr(material, "emissiveTexture", None), exitance, np.inf, shines=True)
-    if uses:
-        looks |= {"places": places.reshape(-1, 2), "textures": tuple(uses)}
-    return looks
+
+def _held(image, cover=None):
+    """What gives the Texture of an image; None of none."""
+    if image is None:
+        return None
+    texture = texture_of(image, cover)
+    return lambda: texture
 
 
 def _diffuse(material):
@@ -245,7 +274,7 @@ def _diffuse(material):
 def _from_open3d(mesh):
     colors = np.asarray(getattr(mesh, "vertex_colors", ()))
     reflectance = reflectance_of(colors) if len(colors) else None
-    return _triangles(mesh.vertices, mesh.triangles, reflectance=reflectance)
+    return triangles(mesh.vertices, mesh.triangles, reflectance=reflectance)
 
 
 def _from_meshio(mesh):

@@ -1,136 +1,139 @@
-"""Materials of glTF 2.0 as trimesh has them, and what of them it does not read.
-
-Base colours are factor times texture times COLOR_0, all linear (glTF 2.0, 3.9.2). What faces send by themselves is
-factor times texture times strength (3.9.4, KHR_materials_emissive_strength): radiance, so that they send pi times as
-much.
-"""
-
-import json
+"""Materials as glTF files have them."""
 
 import numpy as np
 
-from surflux import _core
-from surflux._base.color import WHITE
+from surflux._base.check import counted, listed
+from surflux._base.files import file_error
 from surflux._base.warn import warn
+from surflux.geometry.gltf_container import numbers
+from surflux.geometry.gltf_looks import Material
+from surflux.geometry.gltf_textures import Textures
+from surflux.geometry.transparency import cover_of
 
-_UNSIGNED_SHORT = 5123  # a componentType
 _TRANSFORM = "KHR_texture_transform"
 _STRENGTH = "KHR_materials_emissive_strength"
+_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _LARGEST = 1e30  # of light, as transfers take it
+_NAMED = 3  # so many names in a warning
+_ALONE = "factors alone count there"
 
 
-def is_gltf(mesh):
-    """Is a mesh or a cloud of trimesh from a glTF file? Its colours are linear then."""
-    return "from_gltf_primitive" in (getattr(mesh, "metadata", None) or {})
+class Materials:
+    """The materials of a Container, each read once; and what of them is not read, for warnings."""
 
+    def __init__(self, path, file):
+        self._path, self._file = path, file
+        self._textures = Textures()
+        self._read = {}
+        self._left_out = set()
 
-def linear_reflectance(colors):
-    """(n, 3) of COLOR_0 (n, 3 or 4), fractions or normalized integers: white is .98."""
-    colors = np.asarray(colors)[:, :3]
-    full = 1.0 if colors.dtype.kind == "f" else float(np.iinfo(colors.dtype).max)
-    return WHITE * np.clip(colors / full, 0.0, 1.0)
+    def images(self, index):
+        """What orders materials so that those of one texture stand together; index: None of none."""
+        if index is None:
+            return -1, -1
+        material = self._file.entry("materials", index)
+        return _base(material)[1].get("index", -1), _of(material, "emissiveTexture").get("index", -1)
 
+    def of(self, index):
+        """The Material of an index."""
+        if index not in self._read:
+            self._read[index] = self._material(self._file.entry("materials", index), index)
+        return self._read[index]
 
-def factor_of(material, of_file=None):
-    """(3,): baseColorFactor of a material, which is white where nobody has said anything; None of other materials.
+    def tell(self, unplaced):
+        """Warnings of what is not there.
 
-    of_file: factors_of_file of the file that it is from. trimesh keeps 8 bits, linear: of .002 that is the double.
-    """
-    if not hasattr(material, "baseColorFactor"):
-        return None
-    factor = material.baseColorFactor
-    if factor is None:
-        return np.ones(3)
-    factor = np.asarray(factor, np.float64)[:3]
-    whole = (of_file or {}).get((material.name, _rounded(factor)))
-    return factor / 255.0 if whole is None else whole
+        unplaced: of faces with a texture and without a place on it, (index of their material, how many).
+        """
+        lost = list(dict.fromkeys(self._textures.lost))
+        if lost:
+            more = f" (and {len(lost) - 1} more)" if len(lost) > 1 else ""
+            warn(f"{self._path}: texture {lost[0]}{more}; {_ALONE}")
+        if unplaced:
+            number = sum(count for _, count in unplaced)
+            names = list(dict.fromkeys(self._name(index) for index, _ in unplaced))
+            what = f"{counted(number, 'face')} of {listed(names, _NAMED)} {'has' if number == 1 else 'have'} a texture"
+            warn(f"{self._path}: {what} and no place on it (TEXCOORD_0); {_ALONE}")
+        if self._left_out:
+            what = " and ".join(sorted(self._left_out)) + (" is" if len(self._left_out) == 1 else " are")
+            warn(f"{self._path}: {what} not read of textures: pictures lie on faces as TEXCOORD_0 has them")
 
+    def _name(self, index):
+        """What messages call a material."""
+        return f"material {self._file.entry('materials', index).get('name', index)}"
 
-def exitance_of(material):
-    """(3,): what faces of a material send by themselves, before its texture; None where they do not."""
-    factor = getattr(material, "emissiveFactor", None)
-    return None if factor is None or not np.any(factor) else np.pi * np.asarray(factor, np.float64)
+    def _material(self, material, index):
+        told = self._name(index)
+        factor, of_base = _base(material)
+        cover = cover_of(material.get("alphaMode"), factor[3], material.get("alphaCutoff"))
+        gloss = _glossiness(material)
+        if gloss is not None:
+            factor[:3] *= 1.0 - self._specular(gloss, told)
+        exitance = self._exitance(material)
+        return Material(
+            material.get("name"),
+            np.clip(factor[:3], 0.0, 1.0),
+            self._texture(of_base, cover, told),
+            exitance,
+            None if exitance is None else self._texture(_of(material, "emissiveTexture"), None, told),
+            cover,
+            material.get("doubleSided") is True,
+        )
 
+    def _texture(self, info, cover, told):
+        """What reads the texture of a textureInfo, None of an empty one, of a material that messages call `told`."""
+        if not info:
+            return None
+        transform = _of(_of(info, "extensions"), _TRANSFORM)
+        if transform:
+            self._left_out.add(_TRANSFORM)
+        if transform.get("texCoord", info.get("texCoord", 0)) != 0:
+            self._left_out.add("texCoord")
+        return self._textures.read(self._file, info, cover, told)
 
-def take_strengths(path, scene):
-    """Multiplies the emissiveFactors that trimesh has read of a file by their strengths, which it does not read.
-
-    Materials are told by their names and factors; a FileError names those that are alike but for their strengths.
-    """
-    strengths = {}
-    for material in _header(path).get("materials", ()):
-        factor = tuple(material.get("emissiveFactor") or ())
+    def _exitance(self, material):
+        """(3,): what faces send by themselves, before their texture; None of none."""
+        factor = _factor(material, "emissiveFactor", np.zeros(3))
         strength = _of(_of(material, "extensions"), _STRENGTH).get("emissiveStrength", 1.0)
-        if not isinstance(strength, (int, float)) or not 0.0 <= strength * max(factor, default=0.0) <= _LARGEST:
-            raise _core.FileError(f"{path}: emissiveStrength is {strength}; wanted a finite number of at least 0")
-        if any(factor) and strengths.setdefault((material.get("name"), factor), strength) != strength:
-            name = material.get("name", "without a name")
-            raise _core.FileError(
-                f"{path}: materials {name}: alike but for their emissiveStrength; wanted a name of each one's own"
-            )
-    seen = {}
-    for part in getattr(scene, "geometry", {}).values():
-        material = getattr(getattr(part, "visual", None), "material", None)
-        if exitance_of(material) is not None:
-            seen[id(material)] = material
-    for material in seen.values():
-        factor = material.emissiveFactor
-        material.emissiveFactor = factor * strengths.get((material.name, tuple(factor.tolist())), 1.0)
+        if factor.min() < 0.0:
+            raise ValueError(f"emissiveFactor: wanted numbers of at least 0, got {factor.min():g}")
+        if type(strength) not in (int, float) or not 0.0 <= strength * factor.max() <= _LARGEST:
+            raise file_error(self._path, f"emissiveStrength is {strength}; wanted a finite number of at least 0")
+        return np.pi * strength * factor if factor.any() else None
+
+    def _specular(self, gloss, told):
+        """What KHR_materials_pbrSpecularGlossiness takes off diffuse colours: the largest channel of the specular one.
+
+        Of a texture the mean counts.
+        """
+        factor = _factor(gloss, "specularFactor", np.ones(3))
+        read = self._texture(_of(gloss, "specularGlossinessTexture"), None, told)
+        if read is not None:
+            texture = read()
+            factor = factor * texture.linear[texture.pixels].mean(axis=(0, 1))
+            warn(f"{self._path}: specularGlossinessTexture of {told} counts by its mean")
+        return np.clip(factor.max(), 0.0, 1.0)
 
 
-def factors_of_file(path):
-    """What factor_of takes of a file: its base colours, by names of materials and by what trimesh keeps of them."""
-    factors = {}
-    for material in _header(path).get("materials", ()):
-        factor = _of(material, "pbrMetallicRoughness").get("baseColorFactor")
-        if factor is not None:
-            factor = np.clip(np.array(factor[:3], np.float64), 0.0, 1.0)
-            factors.setdefault((material.get("name"), _rounded(255.0 * factor)), []).append(factor)
-    return {key: alike[0] for key, alike in factors.items() if np.ptp(alike, axis=0).max() == 0.0}
+def _base(material):
+    """(factor (4,), textureInfo) of the base colour, or of the diffuse one in its place."""
+    gloss = _glossiness(material)
+    of, name = (_of(material, "pbrMetallicRoughness"), "baseColor") if gloss is None else (gloss, "diffuse")
+    return _factor(of, f"{name}Factor", np.ones(4)), _of(of, f"{name}Texture")
 
 
-def _rounded(factor):
-    return tuple(np.round(factor).astype(int).tolist())
+def _glossiness(material):
+    """The object of a material's specular reflection and glossiness; None without it."""
+    found = _of(material, "extensions").get(_GLOSSINESS)
+    return found if isinstance(found, dict) else None
 
 
-def check_colors(path):
-    """What trimesh does not read of a file's base colours, and of what its faces send.
-
-    A warning tells of other texture coordinates than the first, and of transforms; a FileError of colours of 16 bits
-    without a material, of which trimesh takes the lower 8.
-    """
-    header = _header(path)
-    for primitive in (one for mesh in header.get("meshes", ()) for one in mesh.get("primitives", ())):
-        colors = primitive.get("attributes", {}).get("COLOR_0")
-        if colors is None or "material" in primitive:
-            continue
-        if header["accessors"][colors]["componentType"] == _UNSIGNED_SHORT:
-            raise _core.FileError(
-                f"{path}: COLOR_0 has 16 bits and no material; wanted floats or 8 bits, or a material"
-            )
-    left_out = set()
-    for material in header.get("materials", ()):
-        of_base = _of(_of(material, "pbrMetallicRoughness"), "baseColorTexture")
-        for texture in (of_base, _of(material, "emissiveTexture")):
-            transform = _of(texture, "extensions").get(_TRANSFORM)
-            if transform is not None:
-                left_out.add(_TRANSFORM)
-            if (transform or {}).get("texCoord", texture.get("texCoord", 0)) != 0:
-                left_out.add("texCoord")
-    if left_out:
-        what = " and ".join(sorted(left_out)) + (" is" if len(left_out) == 1 else " are")
-        warn(f"{path}: {what} not read of textures: pictures lie on faces as TEXCOORD_0 has them")
+def _factor(of, name, usual):
+    """The numbers of an object under a name; the usual ones where it has none."""
+    return usual if of.get(name) is None else numbers(name, of[name], len(usual))
 
 
 def _of(element, name):
     """The dict that another one has under a name; an empty one where it has none."""
     found = element.get(name)
     return found if isinstance(found, dict) else {}
-
-
-def _header(path):
-    with open(path, "rb") as file:
-        start = file.read(20)
-        if start[:4] == b"glTF":
-            return json.loads(file.read(int.from_bytes(start[12:16], "little")))
-        return json.loads(start + file.read())

@@ -10,7 +10,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.files import require_file
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
-from surflux.geometry.gltf_materials import check_colors, factors_of_file, take_strengths
+from surflux.geometry.gltf_meshes import read_gltf
 from surflux.geometry.obj_mesh import read_obj_mesh
 from surflux.geometry.off import read_off_mesh
 from surflux.geometry.ply_mesh import read_ply_mesh
@@ -41,11 +41,10 @@ def file_named(mesh):
 def read_mesh(mesh):
     """Vertices and polygons of a mesh.
 
-    PLY, OBJ, OFF and STL are read by surflux itself, with materials and textures of OBJ: quads and larger polygons stay
-    whole, OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
-    triangles; VTK makes three vertices of one where texture coordinates or normals differ, so that neighbours no longer
-    share edges.)
-    VTK's formats go through pyvista; glTF through trimesh, the extra surflux[meshes].
+    PLY, OBJ, OFF, STL and glTF are read by surflux itself, with their materials and textures: quads and larger polygons
+    stay whole, OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons
+    into triangles; VTK makes three vertices of one where texture coordinates or normals differ, so that neighbours no
+    longer share edges.) VTK's formats go through pyvista.
 
     Args:
         mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; (vertices (v, 3), faces), where faces are an (f, k)
@@ -74,6 +73,7 @@ PYVISTA_SUFFIXES = (".vtp", ".vtk")
 GLTF = (".glb", ".gltf")  # which have y up, by their specification
 MESHES_ALONE = (*PYVISTA_SUFFIXES, ".stl", ".off", *GLTF)  # never read as points
 _READERS = {".ply": read_ply_mesh, ".obj": read_obj_mesh, ".stl": read_stl_mesh, ".off": read_off_mesh}
+_READERS |= dict.fromkeys(GLTF, read_gltf)
 
 
 def _read_file(path):
@@ -81,12 +81,10 @@ def _read_file(path):
     require_file(path)
     if suffix in _READERS:
         mesh = _READERS[suffix](path)
+        if suffix in GLTF:
+            warn_of_transparency(path, "alphaMode", mesh.clear)
     elif suffix in PYVISTA_SUFFIXES:
-        mesh = _read_outside(path, "pyvista", _read_with_pyvista)
-    elif suffix in GLTF:
-        mesh = _read_outside(path, "trimesh", _read_with_trimesh)
-        check_colors(path)
-        warn_of_transparency(path, "alphaMode", mesh.clear)
+        mesh = _read_with_pyvista(path)
     else:
         supported = ", ".join((".ply", ".obj", *MESHES_ALONE))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
@@ -102,36 +100,17 @@ def _read_file(path):
     return mesh
 
 
-def _read_outside(path, library, reader):
-    """What an outside reader makes of a file; whatever it raises becomes a FileError."""
-    try:
-        return reader(path)
-    except _core.FileError:
-        raise
-    except ImportError as error:
-        raise _core.FileError(
-            f"{path}: needs {error.name or library}, which is not installed: pip install 'surflux[meshes]'"
-        ) from error
-    except Exception as error:
-        raise _core.FileError(f"{path}: {library} cannot read it ({type(error).__name__}: {error})") from error
-
-
 def _read_with_pyvista(path):
     import pyvista
 
-    return _convert(pyvista.read(path))
+    try:
+        return _convert(pyvista.read(path))
+    except Exception as error:
+        raise _core.FileError(f"{path}: pyvista cannot read it ({type(error).__name__}: {error})") from error
 
 
-def _read_with_trimesh(path):
-    import trimesh
-
-    scene = trimesh.load(path)
-    take_strengths(path, scene)
-    return _convert(scene, factors_of_file(path))  # parts of a scene stay apart, each with its material
-
-
-def _convert(mesh, factors=None):
-    found = convert(mesh, factors)
+def _convert(mesh):
+    found = convert(mesh)
     if found is None and isinstance(mesh, tuple | list) and len(mesh) == 2:
         found = _from_arrays(*mesh)
     if found is None:

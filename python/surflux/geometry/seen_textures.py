@@ -1,5 +1,7 @@
 """What is seen of textures at places on faces: filtered, as small as a pixel sees them."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from surflux import _core
@@ -16,7 +18,7 @@ class SeenTextures:
     """The textures of a Mesh."""
 
     def __init__(self, mesh, filtered):
-        """filtered: a dict of (_core.MipMap, the mean of all that is there), by what reads a texture, to keep them."""
+        """filtered: a dict of _Filtered, by what reads a texture, to keep them."""
         self._mesh = mesh
         self._filtered = filtered
 
@@ -57,24 +59,41 @@ class SeenTextures:
                     yield use, order[begin:end]
 
     def _means(self, read, places, sides):
-        texture, whole = self._of(read)
+        texture, whole, texels = self._of(read)
         means = texture.means(places, sides)
+        if texels is not None:
+            size = np.array(texels.shape[1::-1])
+            magnified = np.linalg.norm(sides * size, axis=2).max(axis=1) <= 1.0
+            column, row = np.floor(places[magnified] * size).astype(np.int64).T
+            means[magnified] = texels[row % size[1], column % size[0]]
         if means.shape[1] == 3:
             return means
         there = means[:, 3:]
         return np.where(there < _BARE, whole, means[:, :3] / np.maximum(there, _BARE))
 
     def _of(self, read):
-        """(_core.MipMap, the mean of all that is there of it) of a texture."""
+        """The _Filtered of a texture."""
         found = self._filtered.get(read)
         if found is None:
-            filtered = _core.MipMap(_texels(read()))
-            whole = filtered.means(*_WHOLE)[0]
-            found = filtered, whole[:3] if len(whole) == 3 else whole[:3] / max(whole[3], _BARE)
+            texture = read()
+            texels = _texels(texture)
+            levels = _core.MipMap(texels)
+            whole = levels.means(*_WHOLE)[0]
+            whole = whole[:3] if len(whole) == 3 else whole[:3] / max(whole[3], _BARE)
+            found = _Filtered(levels, whole, texels if texture.nearest else None)
             # Pictures ask for one after the other: were the oldest dropped, none would be there when it is asked for.
-            if filtered.bytes + sum(texture.bytes for texture, _ in self._filtered.values()) <= _KEPT:
+            if sum(one.bytes() for one in (found, *self._filtered.values())) <= _KEPT:
                 self._filtered[read] = found
         return found
+
+
+class _Filtered(NamedTuple):
+    levels: _core.MipMap
+    whole: np.ndarray  # (3,): the mean of all that is there of it
+    texels: np.ndarray | None  # where the nearest one is seen
+
+    def bytes(self):
+        return self.levels.bytes + (0 if self.texels is None else self.texels.nbytes)
 
 
 def _texels(texture):

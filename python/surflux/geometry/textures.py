@@ -1,6 +1,8 @@
 """Images on faces of meshes: what each face has of them in the mean."""
 
+import io
 from collections.abc import Callable
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +20,14 @@ _LARGEST = 1 << 29  # pixels of a file: 23 000 on a side, 1.6 GB
 class Texture(NamedTuple):
     """An image: (h, w, 3) pixels of 8 or 16 bits, and what each of their values is, linear.
 
-    With `cover` pixels are (h, w, 4), and it has, from 0 to 1, what is there of a texel by its alpha.
+    With `cover` pixels are (h, w, 4), and it has, from 0 to 1, what is there of a texel by its alpha. Pictures show
+    texels that are larger than what they see of it as they are where it is `nearest`, else interpolated.
     """
 
     pixels: np.ndarray
     linear: np.ndarray
     cover: np.ndarray | None = None
+    nearest: bool = False
 
     def values(self, row, column, channel):
         """What texels have of a channel, linear, times what is there of them; of channel 3 what is there."""
@@ -54,13 +58,25 @@ def texture_of(image, cover=None):
 
 def read_texture(path):
     """The Texture of a file, with a cover where it has alpha; ImportError, or what Pillow raises, of none."""
+    with _opened(path) as image:
+        return texture_of(image, _ALPHA if image.mode in _WITH_ALPHA or "transparency" in image.info else None)
+
+
+def decoded_texture(data, cover):
+    """The Texture of the bytes of a file, with a cover as texture_of has it; raises what read_texture does."""
+    with _opened(io.BytesIO(data)) as image:
+        return texture_of(image, cover)
+
+
+@contextmanager
+def _opened(file):
     from PIL import Image
 
     # Its own limit, of 13 000 on a side, is below what photogrammetry writes.
     before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, _LARGEST
     try:
-        with Image.open(path) as image:
-            return texture_of(image, _ALPHA if image.mode in _WITH_ALPHA or "transparency" in image.info else None)
+        with Image.open(file) as image:
+            yield image
     finally:
         Image.MAX_IMAGE_PIXELS = before
 

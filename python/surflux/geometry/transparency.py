@@ -5,35 +5,25 @@ import numpy as np
 from surflux._base.check import counted
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
-from surflux.geometry.textures import texture_of
 
 _NAMED = 3  # so many names in a warning
 _CUTOFF = 0.5  # glTF 2.0, where a material says nothing
 
 
-def cover_of(material):
+def cover_of(mode, alpha=1.0, cutoff=None):
     """(256,): what is there of texels of a material of glTF by their alpha, from 0 to 1 (glTF 2.0, 3.9.2).
 
     None where alpha does not count, as by default.
+
+    Args:
+        mode: its alphaMode, or None.
+        alpha: of its baseColorFactor.
+        cutoff: its alphaCutoff, or None.
     """
-    mode = getattr(material, "alphaMode", None)
     if mode not in ("MASK", "BLEND"):
         return None
-    factor = material.baseColorFactor
-    alpha = np.arange(256) / 255.0 * (1.0 if factor is None else np.asarray(factor, np.float64)[3] / 255.0)
-    if mode == "BLEND":
-        return alpha
-    cutoff = getattr(material, "alphaCutoff", None)
-    return (alpha >= (_CUTOFF if cutoff is None else cutoff)).astype(np.float64)
-
-
-def is_clear(material, placed=True):
-    """Whether a material of glTF is not opaque somewhere; its texture counts where faces are placed on it."""
-    cover = cover_of(material)
-    if cover is None:
-        return False
-    image = material.baseColorTexture if placed else None
-    return bool(cover[-1] < 1.0) or (image is not None and texture_of(image, cover).cover is not None)
+    alphas = np.arange(256) / 255.0 * alpha
+    return alphas if mode == "BLEND" else (alphas >= (_CUTOFF if cutoff is None else cutoff)).astype(np.float64)
 
 
 def warn_of_transparency(name, keys, clear):

@@ -2,7 +2,6 @@
 
 import base64
 import json
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,14 +10,22 @@ import numpy as np
 
 from surflux._base.files import whole_file, write_whole
 from surflux._base.installation import VERSION
+from surflux.geometry.gltf_format import (
+    ARRAY_BUFFER,
+    FLOAT,
+    GLB_BIN,
+    GLB_CHUNK,
+    GLB_JSON,
+    GLB_MAGIC,
+    GLB_START,
+    GLB_VERSION,
+    INDEX_BUFFER,
+    POINTS,
+    TRIANGLES,
+    UNSIGNED_INT,
+)
 
-POINTS, TRIANGLES = 0, 4
-ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
-UNSIGNED_INT, FLOAT = 5125, 5126
 UNLIT = "KHR_materials_unlit"
-# A .glb file: magic, version and length of all; then chunks, each with its length and type in front.
-GLB_START, GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
-GLB_MAGIC, GLB_VERSION, GLB_JSON, GLB_BIN = b"glTF", 2, b"JSON", b"BIN\0"
 GLB_MOST = 2**32 - 1  # bytes
 DATA_URI = "data:application/octet-stream;base64,"
 

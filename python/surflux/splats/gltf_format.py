@@ -9,9 +9,6 @@ EXTENSION = "KHR_gaussian_splatting"
 ROTATION, SCALE, OPACITY = f"{EXTENSION}:ROTATION", f"{EXTENSION}:SCALE", f"{EXTENSION}:OPACITY"
 COLOR_SPACES = {"srgb": "srgb_rec709_display", "linear": "lin_rec709_display"}
 
-COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-
 
 def harmonic(degree, order):
     """The attribute of a coefficient, from order -degree to degree."""

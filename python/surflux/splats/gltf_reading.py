@@ -5,10 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from surflux._base.files import file_error, require_file
-from surflux.scans.gltf import POINTS, up_to_y
+from surflux.geometry.gltf_container import DAMAGED, Container, whole
+from surflux.geometry.gltf_format import POINTS
+from surflux.geometry.gltf_nodes import nodes_shown
+from surflux.scans.gltf import up_to_y
 from surflux.splats import gltf_format as gltf
 from surflux.splats import turning
-from surflux.splats.gltf_container import DAMAGED, Container, numbers, whole
 from surflux.splats.view_colors import HIGHEST, PHASE
 
 _READ = {gltf.EXTENSION, "KHR_mesh_quantization", "KHR_materials_unlit"}
@@ -58,21 +60,8 @@ def read_gltf(path, up):
 
 def _shown(file):
     """(primitive, global matrix (4, 4)) of all Gaussians in the scene that is shown, or in all nodes without one."""
-    header, total, met = file.header, 0, set()
-    if "scenes" in header:
-        roots = file.entry("scenes", header.get("scene", 0)).get("nodes", [])
-    else:
-        children = {child for node in header.get("nodes", []) for child in node.get("children", [])}
-        roots = [k for k in range(len(header.get("nodes", []))) if k not in children]
-    left = [(root, np.eye(4)) for root in reversed(roots)]
-    while left:
-        index, above = left.pop()
-        node = file.entry("nodes", index)
-        if index in met:
-            raise ValueError(f"node {index} is in the scene twice")
-        met.add(index)
-        matrix = above @ _matrix(node)
-        left += [(child, matrix) for child in reversed(node.get("children", []))]
+    total = 0
+    for node, matrix in nodes_shown(file):
         if "mesh" not in node:
             continue
         for primitive in file.entry("meshes", node["mesh"])["primitives"]:
@@ -81,24 +70,6 @@ def _shown(file):
                 yield primitive, matrix
                 if total * _FEWEST_BYTES > file.size():
                     raise ValueError("its primitives share their data, which is not read here")
-
-
-def _matrix(node):
-    """(4, 4) of a node in the one above it."""
-    if "matrix" in node:
-        found = numbers("matrix", node["matrix"], 16).reshape(4, 4).T
-        if not np.array_equal(found[3], [0.0, 0.0, 0.0, 1.0]):
-            raise ValueError("the matrix of a node is no translation, rotation and scale")
-        return found
-    out = np.eye(4)
-    x, y, z, w = numbers("rotation", node.get("rotation", [0, 0, 0, 1]), 4)
-    length = np.sqrt(x * x + y * y + z * z + w * w)
-    if not 0.5 < length < 2.0:
-        raise ValueError("the rotation of a node is no unit quaternion")
-    rotation = turning.matrices(np.array([[w, x, y, z]]) / length)[0]
-    out[:3, :3] = rotation * numbers("scale", node.get("scale", [1, 1, 1]), 3)
-    out[:3, 3] = numbers("translation", node.get("translation", [0, 0, 0]), 3)
-    return out
 
 
 def _color_space(extension):

@@ -10,9 +10,9 @@ import numpy as np
 from surflux import _core
 from surflux._base import check
 from surflux._base.files import file_error, require_file
+from surflux.geometry.rotation import rotation_matrices
 from surflux.points.writing import pack_comments, unpack_comments
 from surflux.splats.origins import to_origin
-from surflux.splats.turning import matrices
 
 _LEAST, _MOST = float(np.finfo(np.float32).tiny), 0.9999 * check.LARGEST  # scales whose logarithms are floats
 _CERTAIN = 2.0**-24  # opacities this close to 0 and 1 have logits of -16.6 and 16.6, for infinite ones
@@ -28,7 +28,7 @@ def write_ply(path, gaussians):
     g, n = gaussians, len(gaussians)
     positions, origin = to_origin(g.positions, g.scales)
     # Other programs have zeros here; the thinnest axis, which of surfels is the normal, lights a plain point cloud.
-    turned = matrices(g.rotations.astype(np.float32).astype(np.float64))
+    turned = rotation_matrices(g.rotations.astype(np.float32).astype(np.float64))
     normals = np.take_along_axis(turned, g.scales.argmin(axis=1)[:, None, None], axis=2)[:, :, 0]
     rest = g.harmonics[:, 1:].transpose(0, 2, 1).reshape(n, -1)
     opacity = np.clip(g.opacities, _CERTAIN, 1.0 - _CERTAIN)

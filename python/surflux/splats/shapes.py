@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _core
+from surflux.geometry.rotation import rotation_matrices
 from surflux.splats import turning
 
 OPACITY = 0.99
@@ -46,7 +47,7 @@ def _patch_axes(surfels, rotations):
         return rotations, ratio
     corners = surfels.triangles - surfels.points[of][:, None]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    x, y = np.moveaxis(corners @ turning.matrices(rotations[of])[:, :, :2], -1, 0)
+    x, y = np.moveaxis(corners @ rotation_matrices(rotations[of])[:, :, :2], -1, 0)
 
     def moment(a, b):  # of a triangle's area over its corners: (sum a sum b + sum a b) / 12, times the area
         return np.bincount(of, area * (a.sum(axis=1) * b.sum(axis=1) + (a * b).sum(axis=1)), n)

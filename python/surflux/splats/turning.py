@@ -29,17 +29,6 @@ def product(first, second):
     return np.stack(parts, axis=-1)
 
 
-def matrices(quaternions):
-    """(n, 3, 3) of (n, 4); columns are what the axes become."""
-    w, x, y, z = quaternions.T
-    rows = (
-        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
-
-
 def of_matrix(rotation):
     """(4,) of a rotation (3, 3): its quaternion is the eigenvector of the largest eigenvalue (Bar-Itzhack 2000)."""
     (a, b, c), (d, e, f), (g, h, i) = rotation

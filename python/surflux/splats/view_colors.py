@@ -9,6 +9,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.passes import report
+from surflux.geometry.rotation import rotation_matrices
 from surflux.splats import turning
 
 HIGHEST = 3  # degree, of both file formats
@@ -60,7 +61,7 @@ def fitted(colors_towards, normals, degree, callback=None):
     """
     ahead = _ahead(_DIRECTIONS)
     weights = _least_squares(ahead, degree)
-    frames = turning.matrices(turning.to_normals(normals))
+    frames = rotation_matrices(turning.to_normals(normals))
     local = np.zeros((len(normals), (degree + 1) ** 2, 3))
     for done, (direction, weight) in enumerate(zip(ahead, weights.T, strict=True)):
         report(callback, done, _DIRECTIONS)
@@ -71,7 +72,7 @@ def fitted(colors_towards, normals, degree, callback=None):
 
 def mean_ahead(radiance_towards, normals, count=8):
     """(n, 3) mean of what surfels send, over what pixels they cover: times pi, their exitance."""
-    frames = turning.matrices(turning.to_normals(normals))
+    frames = rotation_matrices(turning.to_normals(normals))
     return sum(radiance_towards(frames @ direction) for direction in _ahead(count)) / count
 
 

@@ -9,8 +9,8 @@ import pytest
 
 import surflux as sf
 from surflux._base.color import white_of
+from surflux.geometry.gltf_container import Container
 from surflux.solutions.lit_gltf import _at_corners, _have_area
-from surflux.splats.gltf_container import Container
 
 
 def quad(*corners):
