@@ -29,8 +29,9 @@ class ReflectedLight {
 public:
     explicit ReflectedLight(const TransportOperator& transport) : transport_(transport), basis_(order) {}
 
-    // Into 3 reflected. Each ray of a link stands for pi / cos of solid angle; below the horizon as in the mirror. What
-    // that is off by in irradiance, which the rays are distributed for, is put right by even light.
+    // Into 3 reflected. Each ray of a link stands for pi / cos of solid angle, all of them for a cap around their mean;
+    // below the horizon as in the mirror. What that is off by in irradiance, which the rays are distributed for, is put
+    // right by even light.
     void gather(std::size_t k, const std::vector<float>& sent, double* out) const {
         const TransportOperator::Row& row = transport_.rows[k];
         const Frame frame = frame_around(transport_.normals[k]);
@@ -45,6 +46,9 @@ public:
             basis_.evaluate(frame.to_world(local), above);
             basis_.evaluate(frame.to_world({local.x, local.y, -local.z}), below);
             const double share = static_cast<double>(row.per_ray * TransportOperator::rays_of(link));
+            const std::vector<double> cap = cap_bands(pi * share / local.z, order);
+            scale_bands(cap, above);
+            scale_bands(cap, below);
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto arrived = share * static_cast<double>(sent[colors * TransportOperator::sender(link) + c]);
                 irradiance[static_cast<int>(c)] += arrived;

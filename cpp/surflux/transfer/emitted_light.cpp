@@ -1,14 +1,15 @@
 #include "surflux/transfer/emitted_light.h"
 
+#include "surflux/lights/emitted_lobes.h"
 #include "surflux/lights/light_sampled_irradiance.h"
-#include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
 namespace {
 
 constexpr int probes = 64, rays = 256;  // of each surfel, as `solve` by rays has them
-constexpr std::uint64_t seed = 0;       // a transfer from a file has the same light
+constexpr int lobe_samples = 64;
+constexpr std::uint64_t seed = 0;  // a transfer from a file has the same light
 
 }  // namespace
 
@@ -33,6 +34,12 @@ void EmittedLight::find() const {
 const std::vector<Rgb>& EmittedLight::at_surfels() const {
     if (any_sampled_) std::call_once(once_, [&] { find(); });
     return at_surfels_;
+}
+
+std::vector<Rgb> EmittedLight::mirrored(const std::vector<Place>& places, const std::vector<GlossyLobe>& lobes) const {
+    const Scene& scene = scene_.scene();
+    return emitted_lobes(scene_.tracer(), LightSampler::of_surfels(scene), SurfelPoints(scene.surfels), places, lobes,
+                         lobe_samples, seed);
 }
 
 void EmittedLight::add_at_leaves(std::vector<float>& direct) const {

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "surflux/core/vec.h"
+#include "surflux/lights/glossy_lobe.h"
+#include "surflux/lights/sample_points.h"
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/transfer/transport_operator.h"
 
@@ -23,6 +25,8 @@ public:
     bool any_sampled() const { return any_sampled_; }
     // Irradiance of all surfels by those that are sampled, found when it is first asked for; empty without any.
     const std::vector<Rgb>& at_surfels() const;
+    // What the lobes of places send of those that are sampled: places that face the eye, each with its lobe.
+    std::vector<Rgb> mirrored(const std::vector<Place>& places, const std::vector<GlossyLobe>& lobes) const;
     // Adds that of the leaves, by node.
     void add_at_leaves(std::vector<float>& direct) const;
 

@@ -1,5 +1,6 @@
 #include "surflux/transfer/harmonic_lobe.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "surflux/core/error.h"
@@ -18,6 +19,19 @@ std::vector<double> lobe_bands(double exponent, int order) {
     for (int l = 0; l < order; ++l)
         bands.push_back(l < 2 ? 2.0 * pi / (exponent + 1.0 + l)
                               : bands[static_cast<std::size_t>(l) - 2] * (exponent - l + 2.0) / (exponent + l + 1.0));
+    return bands;
+}
+
+std::vector<double> cap_bands(double solid_angle, int order) {
+    // The integral of P_l over [z, 1] is (P_(l-1)(z) - P_(l+1)(z)) / (2 l + 1).
+    const double z = 1.0 - std::clamp(solid_angle / (2.0 * pi), 1e-6, 1.0);
+    std::vector<double> bands{1.0};
+    double before = 1.0, at = z;
+    for (int l = 1; l < order; ++l) {
+        const double next = ((2 * l + 1) * z * at - l * before) / (l + 1);
+        bands.push_back((before - next) / ((2 * l + 1) * (1.0 - z)));
+        before = at, at = next;
+    }
     return bands;
 }
 

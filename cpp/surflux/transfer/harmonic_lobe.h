@@ -10,6 +10,9 @@ namespace surflux {
 // lobes are the others; times (exponent + 1) / (2 pi) they integrate to 1.
 std::vector<double> lobe_bands(double exponent, int order);
 
+// The same with a cap of so many steradians, up to a hemisphere, of which the mean is taken.
+std::vector<double> cap_bands(double solid_angle, int order);
+
 // Coefficients, `channels` numbers each, times the factors of their bands.
 void scale_bands(const std::vector<double>& factors, double* coefficients, int channels = 1);
 

@@ -112,7 +112,24 @@ std::vector<Rgb> IncidentLight::mirrored(const std::vector<Vec3>& directions,
         for (double& band : bands) band *= (exponent + 1.0) / (2.0 * pi);
         out[i] = value(basis, bands.data(), light, mirror);
     });
+    for (Rgb& light : out)
+        for (int c = 0; c < 3; ++c) light[c] = std::max(0.0, light[c]);
+    if (emitted_->any_sampled()) add_emitted(directions, exponents, out);
     return out;
+}
+
+void IncidentLight::add_emitted(const std::vector<Vec3>& directions, const std::vector<double>& exponents,
+                                std::vector<Rgb>& out) const {
+    std::vector<Place> places;
+    std::vector<GlossyLobe> lobes;
+    for (const Place& place : places_of(scene_->scene().surfels)) {
+        const Vec3& towards = directions[place.surfel];
+        if (!(dot(place.normal, towards) > 0.0)) continue;
+        places.push_back(place);
+        lobes.emplace_back(place.normal, towards, Rgb{}, Rgb{1, 1, 1}, exponents[place.surfel]);
+    }
+    const std::vector<Rgb> found = emitted_->mirrored(places, lobes);
+    for (std::size_t k = 0; k < places.size(); ++k) out[places[k].surfel] += found[k];
 }
 
 }  // namespace surflux

@@ -13,8 +13,8 @@
 namespace surflux {
 
 // Radiance that comes to the surfels of a scene, by spherical harmonics in the scene's axes: from afar, and from other
-// surfels, which is smoother and has fewer of them. Small strong emissive surfels are in the irradiance alone. Below
-// the horizon it goes on as SkyVisibility does.
+// surfels, which is smoother and has fewer of them; of small strong emissive surfels by light samples (EmittedLight).
+// Below the horizon it goes on as SkyVisibility does.
 class IncidentLight {
 public:
     static constexpr int distant_order = 9, reflected_order = 5;
@@ -37,10 +37,13 @@ public:
     };
     Irradiance irradiance() const;
     // What comes back of a unit of specular reflectance around the mirror images of unit directions, one for each
-    // surfel: the lobe of GlossyLobe. 0 from behind.
+    // surfel: the lobe of GlossyLobe. 0 from behind, and where a sum of harmonics rings below 0 around what is small
+    // and bright.
     std::vector<Rgb> mirrored(const std::vector<Vec3>& directions, const std::vector<double>& exponents) const;
 
 private:
+    void add_emitted(const std::vector<Vec3>& directions, const std::vector<double>& exponents,
+                     std::vector<Rgb>& out) const;
     template <class Visit>
     void for_surfels(const Visit& visit) const;
 

@@ -81,14 +81,11 @@ def warn_of_lost_lobes(solution):
 
 
 def glossy(solution, towards):
-    """What lobes have of radiance_towards, for directions (n, 3), also of length 0, where it is 0; 0 of no lobes.
-
-    Of a sum of spherical harmonics that rings below 0 around a small and bright part of the sky nothing is taken away.
-    """
+    """What lobes have of radiance_towards, for directions (n, 3), also of length 0, where it is 0; 0 of no lobes."""
     if solution._mirrored is None:
         warn_of_lost_lobes(solution)
         return 0.0
     incident, specular, exponent = solution._mirrored
     length = np.linalg.norm(towards, axis=1, keepdims=True)
-    towards = np.divide(towards, np.where(length > 0.0, length, 1.0))
-    return specular * np.maximum(np.asarray(incident.mirrored(towards, exponent)), 0.0)
+    towards = np.divide(towards, np.where((length > 0.0) & specular.any(axis=1, keepdims=True), length, np.inf))
+    return specular * np.asarray(incident.mirrored(towards, exponent))

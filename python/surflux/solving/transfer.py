@@ -135,13 +135,17 @@ class Transfer:
         return self  # nothing of it changes
 
     def _refuse_lights(self, name: str, value: Any, wanted: str) -> None:
-        """Refuses lights and lists of them, and says what this takes and what else takes lamps."""
+        """Refuses lights and lists of them, and says what this takes and what takes those."""
         some = value[0] if isinstance(value, (list, tuple)) and value else value
         if isinstance(some, (*LIGHTS, Sky)):
+            if isinstance(some, Environment) or (isinstance(some, Sky) and self.lighting == "sky"):
+                raise ValueError(f"{name}: wanted {wanted}, got a list of {type(some).__name__}; wanted one by itself")
             got = type(some).__name__ if some is value else f"a list of {type(some).__name__}"
+            goes = "a Sky goes with precompute_transfer(scene, 'sky')"
+            if not isinstance(some, Sky):
+                goes = "lamps go with precompute_transfer(scene, 'local')"
             raise ValueError(
-                f"{name}: wanted {wanted}, got {got}; this is a transfer of lighting {self.lighting!r}, "
-                "lamps go with precompute_transfer(scene, 'local')"
+                f"{name}: wanted {wanted}, got {got}; this is a transfer of lighting {self.lighting!r}, {goes}"
             )
 
     def _scene_core(self) -> _core.Scene:

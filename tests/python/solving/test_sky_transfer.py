@@ -227,7 +227,12 @@ def test_same_for_any_number_of_threads(stair):
             r"^sky: wanted a Sky, an Environment or radiances \(146, 3\), got PointLight; this is a transfer of "
             r"lighting 'sky', lamps go with precompute_transfer\(scene, 'local'\)$",
         ),
-        ({"sky": [sf.Environment(1.0)]}, ValueError, "sky: wanted a Sky, .*, got a list of Environment"),
+        (
+            {"sky": [sf.Environment(1.0)]},
+            ValueError,
+            "sky: wanted a Sky, .*, got a list of Environment; wanted one by itself$",
+        ),
+        ({"sky": [sf.Sky.from_sun(30, 180, 700, 100)]}, ValueError, "got a list of Sky; wanted one by itself$"),
         ({"sky": SKY, "reflectance": 1.0}, ValueError, "reflectance: "),
         ({"sky": SKY, "bounces": -1}, ValueError, "bounces: "),
     ],
