@@ -14,7 +14,7 @@ from surflux._base import check
 from surflux._base.array_file import write_arrays
 from surflux._base.types import FilePath, Floats
 from surflux.points.surfels import Surfels
-from surflux.scenes.lights import LIGHTS, AreaLight, Light, environments_among
+from surflux.scenes.lights import LIGHTS, AreaLight, Environment, Light, environments_among
 from surflux.scenes.scene import Scene
 from surflux.scenes.scene_arrays import scene_arrays
 from surflux.scenes.sky import Sky
