@@ -18,6 +18,7 @@ from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.mesh import SUFFIXES as OF_MESHES
 from surflux.cli.mesh import is_mesh, patches_of_mesh
 from surflux.cli.options import command_line
+from surflux.cli.outputs import check_outputs, images_of
 from surflux.cli.parser import vectors_joined
 from surflux.cli.pictures import (
     animations,
@@ -146,10 +147,10 @@ def _check_options(options):
         output = Path(given["output"])
         _check_suffix(output, options)
         require_place(output)
-        if os.path.exists(output) and os.path.exists(options.input) and os.path.samefile(output, options.input):
-            raise ValueError(f"-o: is the input itself, {str(output)!r}; wanted another name")
     if given.get("solution") is not None:
         require_place(ply_path(given["solution"], "--solution"))
+    if "input" in given:
+        check_outputs(options)
 
 
 def _check_suffix(output, options):
@@ -211,8 +212,7 @@ def _doctor(options):
 
 
 def _render(options):
-    of_solve = Path(options.input).with_suffix(".png")  # which stays
-    images = options.image or ([] if options.gaussians else [of_solve.with_stem(f"{of_solve.stem}_render")])
+    images = images_of(options)
     if options.gaussians:
         check_gaussians(options.gaussians)
     if options.turntable is None:
