@@ -1,7 +1,6 @@
 """The command line, `surflux`."""
 
 import argparse
-import os
 import sys
 import warnings
 from pathlib import Path
@@ -33,6 +32,7 @@ from surflux.cli.points import Points
 from surflux.cli.processes import in_all_processes, joined
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
+from surflux.cli.streams import usable_streams
 from surflux.geometry.meshes import read_mesh
 from surflux.pictures.animation import FPS, check_target
 from surflux.points.writing import ply_path
@@ -51,11 +51,13 @@ def main(arguments=None):
     arguments: of a program that goes on; None for those of the process, which Ctrl-C then ends, with 130.
     """
     if arguments is not None:
-        return _run(list(arguments))
-    with ended_by_ctrl_c():
-        status = _run(sys.argv[1:])
-    if status == INTERRUPTED:  # said already; threads that go on are not waited for
-        leave(said=True)
+        with usable_streams():
+            return _run(list(arguments))
+    with usable_streams(own=True):
+        with ended_by_ctrl_c():
+            status = _run(sys.argv[1:])
+        if status == INTERRUPTED:  # said already; threads that go on are not waited for
+            leave(said=True)
     return status
 
 
@@ -79,9 +81,7 @@ def _run_options(options):
                 status = options.run(options) or 0
         sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
         return status
-    except BrokenPipeError:
-        # Whoever read our output has gone; nothing is left to say, not even at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read our output has gone; nothing is left to say
         return 1
     except (OSError, ValueError, ImportError) as error:  # FileError is an OSError; a missing extra says its pip line
         return fail(_option_named(options, error), 2)
