@@ -1,5 +1,6 @@
 #include "convert.h"
 
+#include "surflux/core/file_bytes.h"
 #include "surflux/image/image.h"
 
 namespace surflux::bindings {
@@ -33,7 +34,7 @@ PYBIND11_MODULE(_image, module) {
         try {
             if (thrown) std::rethrow_exception(thrown);
         } catch (const FileError& error) {
-            py::set_error(file_error, error.what());
+            py::set_error(file_error, shown_path(error.what()).c_str());  // Python wants UTF-8
         }
     });
     module.def("read_image", &read, py::arg("path"));

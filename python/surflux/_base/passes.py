@@ -160,7 +160,7 @@ def _bar(label, is_new):
 
     begun = monotonic()
     try:
-        if not sys.stderr.isatty() and "notebook" not in tqdm.__module__:
+        if not getattr(sys.stderr, "isatty", bool)() and "notebook" not in tqdm.__module__:
             yield ProgressLines(label, is_new)
             return
         with tqdm(desc=label, unit_scale=True, leave=False) as bar:

@@ -1,7 +1,6 @@
 """A cloud as `surflux solve` takes it: read, cleaned, lit, and what was found taken home to the rows of its file."""
 
 import copy
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -233,8 +232,3 @@ def before_backdrop(options, solution):
     twin = copy.copy(solution)
     twin._environments = []
     return twin, BACKDROP
-
-
-def output_of(options):
-    """The Path of `-o`, or the usual one."""
-    return Path(options.output or f"{Path(os.fsdecode(options.input)).stem}_solved.ply")

@@ -1,7 +1,6 @@
 """The command line, `surflux`."""
 
 import argparse
-import os
 import sys
 import warnings
 from pathlib import Path
@@ -18,6 +17,7 @@ from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.mesh import SUFFIXES as OF_MESHES
 from surflux.cli.mesh import is_mesh, patches_of_mesh
 from surflux.cli.options import command_line
+from surflux.cli.outputs import check_outputs, images_of
 from surflux.cli.parser import vectors_joined
 from surflux.cli.pictures import (
     animations,
@@ -32,6 +32,7 @@ from surflux.cli.points import Points
 from surflux.cli.processes import in_all_processes, joined
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
+from surflux.cli.streams import usable_streams
 from surflux.geometry.meshes import read_mesh
 from surflux.pictures.animation import FPS, check_target
 from surflux.points.writing import ply_path
@@ -50,11 +51,13 @@ def main(arguments=None):
     arguments: of a program that goes on; None for those of the process, which Ctrl-C then ends, with 130.
     """
     if arguments is not None:
-        return _run(list(arguments))
-    with ended_by_ctrl_c():
-        status = _run(sys.argv[1:])
-    if status == INTERRUPTED:  # said already; threads that go on are not waited for
-        leave(said=True)
+        with usable_streams():
+            return _run(list(arguments))
+    with usable_streams(own=True):
+        with ended_by_ctrl_c():
+            status = _run(sys.argv[1:])
+        if status == INTERRUPTED:  # said already; threads that go on are not waited for
+            leave(said=True)
     return status
 
 
@@ -78,9 +81,7 @@ def _run_options(options):
                 status = options.run(options) or 0
         sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
         return status
-    except BrokenPipeError:
-        # Whoever read our output has gone; nothing is left to say, not even at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read our output has gone; nothing is left to say
         return 1
     except (OSError, ValueError, ImportError) as error:  # FileError is an OSError; a missing extra says its pip line
         return fail(_option_named(options, error), 2)
@@ -146,10 +147,10 @@ def _check_options(options):
         output = Path(given["output"])
         _check_suffix(output, options)
         require_place(output)
-        if os.path.exists(output) and os.path.exists(options.input) and os.path.samefile(output, options.input):
-            raise ValueError(f"-o: is the input itself, {str(output)!r}; wanted another name")
     if given.get("solution") is not None:
         require_place(ply_path(given["solution"], "--solution"))
+    if "input" in given:
+        check_outputs(options)
 
 
 def _check_suffix(output, options):
@@ -211,8 +212,7 @@ def _doctor(options):
 
 
 def _render(options):
-    of_solve = Path(options.input).with_suffix(".png")  # which stays
-    images = options.image or ([] if options.gaussians else [of_solve.with_stem(f"{of_solve.stem}_render")])
+    images = images_of(options)
     if options.gaussians:
         check_gaussians(options.gaussians)
     if options.turntable is None:

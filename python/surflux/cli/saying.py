@@ -15,13 +15,14 @@ LEVELS = {"quiet": logging.WARNING, "usual": logging.INFO, "verbose": logging.DE
 
 def fail(error, status):
     """Says what was wrong, in one line; the status."""
-    print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
+    say(f"error: {' '.join(str(error).split())}")
     return status
 
 
 def say(text):
-    """A line on stderr."""
-    print(f"surflux: {text}", file=sys.stderr)
+    """A line on stderr, where that takes it: nothing stops because nobody can be told."""
+    with contextlib.suppress(OSError):
+        print(f"surflux: {text}", file=sys.stderr)
 
 
 def note(text):

@@ -11,6 +11,7 @@ from surflux._base import check
 from surflux._base.files import require_file, require_place
 from surflux._base.passes import LOG
 from surflux.cli.mesh import patches_of_mesh
+from surflux.cli.outputs import images_of, output_of
 from surflux.cli.pictures import camera_of
 from surflux.cli.saying import note_replaced
 from surflux.cli.solar_cloud import scene_of_scan
@@ -37,8 +38,8 @@ def run(options, limit):
     """
     begin = perf_counter()
     kind, weather = _checked(options)
-    table = Path(options.table or f"{Path(options.input).stem}_solar.ply")
-    image = None if options.no_image else Path(options.image or table.with_suffix(".png"))
+    table = output_of(options)
+    image = next(map(Path, images_of(options)), None)
     written_suffix(table, "-o")
     require_place(table)
     if image is not None:

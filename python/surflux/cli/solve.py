@@ -14,10 +14,10 @@ from surflux.cli.cloud import (
     camera_of_cloud,
     is_cloud,
     lights_of_cloud,
-    output_of,
     patches_of_file,
 )
 from surflux.cli.mesh import is_mesh, patches_of_mesh, save_faces, take_up, tell_dark
+from surflux.cli.outputs import images_of, output_of
 from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
 from surflux.cli.processes import check_processes, is_first, processes_given
 from surflux.cli.saying import error_lines, note_replaced, print_json, told
@@ -64,7 +64,7 @@ def run(options):
     if options.tiles:
         return told(options, *tiles.run(options))
     output = output_of(options)
-    images = [] if options.no_image else options.image or [output.with_suffix(".png")]
+    images = images_of(options)
     require_place(output)
     check_images(images)
     kind = kind_of(options)

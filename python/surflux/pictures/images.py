@@ -14,6 +14,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.check import number
 from surflux._base.color import linear_to_srgb, rgb_of_grey
+from surflux._base.files import file_error
 from surflux._base.types import FilePath, Image
 
 # Layers whose channels have names of their own: those that compositing programs look for.
@@ -126,7 +127,7 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
     names, pixels = _image.read_image(os.fsencode(path))
     own = CHANNELS.get(layer, ())
     if layer is None and not set("RGB") <= set(names) and set("XYZ") <= set(names):
-        raise _core.FileError(f"{path}: CIE X Y Z are not supported; wanted R, G and B")
+        raise file_error(path, "CIE X Y Z are not supported; wanted R, G and B")
     single = own[0] if len(own) == 1 else "Y" if layer is None else layer
     for triple in (own, [c if layer is None else f"{layer}.{c}" for c in "RGB"]):
         if len(triple) == 3 and all(name in names for name in triple):
@@ -135,7 +136,7 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
         channel = pixels[:, :, names.index(single)]
         return rgb_of_grey(channel) if layer is None else np.ascontiguousarray(channel)
     wanted = "R G B or Y" if layer is None else f"layer '{layer}'"
-    raise _core.FileError(f"{path}: has no {wanted}; its channels are {' '.join(names)}")
+    raise file_error(path, f"has no {wanted}; its channels are {' '.join(names)}")
 
 
 def tone_map(

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from surflux._base import check
 from surflux._base.color import WHITE, linear_to_srgb, reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
+from surflux._base.frozen import frozen, given_away
 from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
 from surflux.points.depth_steps import without_steps
@@ -35,7 +36,8 @@ Format = Literal["ply", "pcd", "las", "laz", "copc", "e57", "npz", "xyz", "xyzn"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scan:
-    """Points as a file has them, with whatever it says of each: what read makes surfels of.
+    """Points as a file has them, with whatever it says of each: what read makes surfels of. Arrays are read-only, and
+    copies of those given.
 
     >>> import numpy as np, surflux as sf
     >>> np.savez("roof.npz", points=np.random.default_rng(0).random((50, 3)), classification=np.arange(50) % 7)
@@ -81,12 +83,13 @@ class Scan:
         k = len(viewpoints) if viewpoints.ndim > 1 else 1
         own["viewpoints"] = check.rows("viewpoints", viewpoints, k, 3) if viewpoints.size else _NOWHERE
         for name, values in own.items():
-            object.__setattr__(self, name, np.asarray(values, np.float64))
+            object.__setattr__(self, name, frozen(values, np.float64))
+        object.__setattr__(self, "rows", frozen(self.rows))
         for name, values in check.arrays_by_name("attributes", self.attributes).items():
             if np.ma.is_masked(values) or np.shape(values)[:1] != (n,):
                 got = "a masked array" if np.ma.is_masked(values) else f"shape {np.shape(values)}"
                 raise ValueError(f"{name}: wanted an array of {check.counted(n, 'row')}, got {got}")
-        object.__setattr__(self, "attributes", {name: np.asarray(of) for name, of in self.attributes.items()})
+        object.__setattr__(self, "attributes", {name: frozen(of) for name, of in self.attributes.items()})
 
     @property
     def viewpoint(self) -> Floats | None:
@@ -108,13 +111,17 @@ class Scan:
         Raises ValueError for anything else, IndexError past the end.
         """
         chosen = check.selection("selection", selection, len(self))
+
+        def some(values):
+            return None if values is None else given_away(values[chosen])
+
         return Scan(
-            self.points[chosen],
-            None if self.normals is None else self.normals[chosen],
-            None if self.reflectance is None else self.reflectance[chosen],
-            {name: values[chosen] for name, values in self.attributes.items()},
+            some(self.points),
+            some(self.normals),
+            some(self.reflectance),
+            {name: some(values) for name, values in self.attributes.items()},
             self.viewpoints,
-            self.rows[chosen] if len(self.rows) == len(self) else self.rows,
+            some(self.rows) if len(self.rows) == len(self) else self.rows,
             self.name,
             self.frame,
         )
@@ -333,12 +340,12 @@ def scan_of_columns(path, read):
         if colors is None:
             warn_of_colors_left(path, columns)
     return Scan(
-        points,
-        None if normals is None else unit_normals(normals),
-        None if colors is None else _reflectance(path, colors, read.rows),
-        columns,
+        given_away(points),
+        None if normals is None else given_away(unit_normals(normals)),
+        None if colors is None else given_away(_reflectance(path, colors, read.rows)),
+        {name: given_away(values) for name, values in columns.items()},
         places,
-        read.rows,
+        given_away(read.rows),
         file_error(path, "").args[0].removesuffix(": "),
         read.frame,
     )

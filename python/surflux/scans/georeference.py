@@ -7,6 +7,7 @@ import numpy as np
 
 from surflux._base.files import file_error
 from surflux.scans.formats import format_of
+from surflux.scans.laz import backends
 from surflux.scans.outside import outside
 
 # Keys of GeoTIFF, and the units that they name by EPSG's numbers, in metres.
@@ -50,7 +51,7 @@ def georeference(path, place):
     with outside(path, "laspy"):
         import laspy
 
-        with laspy.open(path) as reader:
+        with laspy.open(path, laz_backend=backends()) as reader:
             records = [*reader.header.vlrs, *(reader.evlrs or ())]
             header = reader.header
     records = [r for r in records if r.user_id == "LASF_Projection" and r.record_id in (_KEYS, _WKT)]

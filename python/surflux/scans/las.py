@@ -7,6 +7,7 @@ import numpy as np
 from surflux._base.files import file_error
 from surflux.scans.columns import CHUNK, FLAGS, PointFile, sorted_out
 from surflux.scans.las_writing import IN_PLACE_OF, frame_of
+from surflux.scans.laz import backends
 from surflux.scans.outside import outside
 
 _ATTRIBUTES = ("intensity", "classification", "return_number", "number_of_returns", "point_source_id", "gps_time")
@@ -24,9 +25,9 @@ def open_las(path):
     with outside(path, "laspy"):
         import laspy
 
-        reader = laspy.open(path)
+        reader = laspy.open(path, laz_backend=backends())
         header = reader.header
-        if header.are_points_compressed and not laspy.LazBackend.detect_available():
+        if header.are_points_compressed and not backends():
             reader.close()
             raise ImportError("LAZ without a backend", name="lazrs")
     return PointFile(header.point_count, _chunks(path, reader), frame=frame_of(header))
@@ -38,7 +39,7 @@ def las_header(path):
     with outside(path, "laspy"):
         import laspy
 
-        with laspy.open(path) as reader:
+        with laspy.open(path, laz_backend=backends()) as reader:
             return reader.header
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux._base.files import unfinished
 from surflux._base.warn import warn
+from surflux.scans.laz import backends
 from surflux.scans.names import scalars
 from surflux.scans.outside import outside
 
@@ -73,7 +74,7 @@ def write_las(path, columns, frame=None):
             colors = colors.astype(np.uint16) * (257 if colors.dtype == np.uint8 else 1)
             record.red, record.green, record.blue = colors.T
         with unfinished(path) as beside:
-            record.write(beside)
+            record.write(beside, laz_backend=backends())
 
 
 def _sorted_out(path, columns, late):

@@ -1,5 +1,7 @@
 """The options of solve() that scenes and scene files may carry."""
 
+from collections.abc import Mapping
+
 from surflux._base import check
 
 
@@ -68,3 +70,15 @@ def check_options(options):
         for name in CHOSEN:
             if asked in options and name in options:
                 raise ValueError(f"{name}: is chosen where {asked} is given; wanted one of the two")
+
+
+def checked_solve_options(options):
+    """A dict of the options for solve() by name; None for none. Errors name solve_options."""
+    options = {} if options is None else options
+    if not (isinstance(options, Mapping) and all(isinstance(key, str) for key in options)):
+        raise ValueError(f"solve_options: wanted a dict with names as keys, got {options!r}")
+    try:
+        check_options(options)
+    except ValueError as error:
+        raise ValueError(f"solve_options: {error}") from None
+    return dict(options)

@@ -1,7 +1,7 @@
 """A scene: objects made of surfels, and lights."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from surflux.pictures.camera import Camera
 from surflux.points.arranging import concatenate
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import LIGHTS, Light
-from surflux.scenes.options import check_options
+from surflux.scenes.options import checked_solve_options
 from surflux.scenes.sky import Sky
 
 
@@ -57,7 +57,7 @@ class Scene:
         *,
         camera: Camera | None = None,
         name: str = "",
-        solve_options: dict[str, Any] | None = None,
+        solve_options: Mapping[str, Any] | None = None,
     ) -> None:
         self._objects = _entries("objects", objects, (Surfels,), "Surfels")
         if not self._objects:
@@ -114,15 +114,8 @@ class Scene:
         return self._solve_options
 
     @solve_options.setter
-    def solve_options(self, options: dict[str, Any] | None) -> None:
-        options = {} if options is None else options
-        if not (isinstance(options, dict) and all(isinstance(key, str) for key in options)):
-            raise ValueError(f"solve_options: wanted a dict with names as keys, got {options!r}")
-        try:
-            check_options(options)
-        except ValueError as error:
-            raise ValueError(f"solve_options: {error}") from None
-        self._solve_options = dict(options)
+    def solve_options(self, options: Mapping[str, Any] | None) -> None:
+        self._solve_options = checked_solve_options(options)
 
     @property
     def surfels(self) -> Surfels:

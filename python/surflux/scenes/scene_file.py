@@ -208,6 +208,25 @@ def _check_keys(path, text):
             raise FileError(f"{path} (line {line}): a key of more than {_MOST_PARTS} parts")
 
 
+_VARIABLE = re.compile(r"\$\{(\w*)\}")
+
+
+def named_files(path):
+    """Paths of the existing files that the tables of a TOML file name, as Table.file has them. Raises FileError."""
+    path = Path(path)
+    tables = [value for value in read_toml(path).values() if not isinstance(value, str)]  # text at the top names none
+    texts = [_VARIABLE.sub(lambda match: os.environ.get(match[1], match[0]), text) for text in _texts(tables)]
+    return [path.parent / text for text in texts if os.path.isfile(path.parent / text)]
+
+
+def _texts(value):
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (dict, list)):
+        for entry in value.values() if isinstance(value, dict) else value:
+            yield from _texts(entry)
+
+
 def make_scene(path, data, surfels=None, *, threads=None, progress=False):
     """The Scene of a file's tables; path is what errors name and where relative paths start."""
     top = Table(path, "", data)
@@ -266,7 +285,7 @@ class Table:
         value = self.get(key, default)
         if value is not default and not isinstance(value, str):
             raise self.error(key, f"wanted text, got {value!r}")
-        return None if value is None else re.sub(r"\$\{(\w*)\}", lambda match: self._variable(key, match[1]), value)
+        return None if value is None else _VARIABLE.sub(lambda match: self._variable(key, match[1]), value)
 
     def _variable(self, key, name):
         if name not in os.environ:

@@ -49,6 +49,9 @@ class SkyPatches:
     def __repr__(self) -> str:
         return f"SkyPatches({len(self) - 1})"
 
+    def __reduce__(self) -> tuple[type[SkyPatches], tuple[int]]:
+        return SkyPatches, (len(self) - 1,)
+
     @property
     def directions(self) -> Floats:
         """(n, 3) unit directions to the middles of the patches, the ground's first."""

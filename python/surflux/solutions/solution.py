@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.frozen import frozen
 from surflux._base.passes import progress_callback, stage, thread_limit, watched
 from surflux._base.types import Floats, Image, Integers, Progress, Size
 from surflux.pictures.camera import Camera
@@ -106,19 +107,19 @@ class Solution:
         scene: Scene | None = None,
     ) -> None:
         self.surfels = surfels
-        self.parents = _frozen(parents)
-        self.objects = _frozen(objects)
+        self.parents = frozen(parents)
+        self.objects = frozen(objects)
         levels = np.zeros(len(surfels), np.int32) if levels is None else np.array(levels, np.int32)
         # What was inserted in a group whose light it shares is told by its depth.
         inserted = np.flatnonzero(inserted_among(self.parents))
         depth = insertion_depth(self.parents[inserted], surfels.areas[inserted])
         levels[inserted] = np.where(levels[inserted] >= 0, depth, levels[inserted])
-        self.levels = _frozen(levels)
-        self.radiosity = _frozen(radiosity)
-        self.irradiance = _frozen(irradiance)
-        self.direct = _frozen(direct)
-        self._emitted = None if emitted is None else _frozen(emitted)  # of H, by small surfels that shine, where known
-        self.cut = None if cut is None else _frozen(cut)
+        self.levels = frozen(levels)
+        self.radiosity = frozen(radiosity)
+        self.irradiance = frozen(irradiance)
+        self.direct = frozen(direct)
+        self._emitted = None if emitted is None else frozen(emitted)  # of H, by small surfels that shine, where known
+        self.cut = None if cut is None else frozen(cut)
         self.error = error
         self.timings = dict(timings or {})
         self.history = list(history)
@@ -360,12 +361,3 @@ class Solution:
         """
         check.choice("name", name, ("irradiance", "direct", "radiosity"))
         return means_of_parents(self.parents, self.surfels.areas, getattr(self, name))
-
-
-def _frozen(values):
-    """A copy that cannot be written to; the array itself where it is so and belongs to nobody else."""
-    if isinstance(values, np.ndarray) and not values.flags.writeable and not isinstance(values.base, np.ndarray):
-        return values
-    values = np.array(values)
-    values.setflags(write=False)
-    return values

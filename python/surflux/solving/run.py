@@ -17,7 +17,7 @@ from surflux.geometry.gloss import warn_of_gloss
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.lights import AreaLight, environments_among
-from surflux.scenes.options import ASKED
+from surflux.scenes.options import ASKED, checked_solve_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_darkness, warn_of_lost_power, warn_of_power_into_backs
@@ -53,7 +53,8 @@ def with_scene_options(chosen: tuple[str, ...]) -> Callable[[Solver], Solver]:
             asks = any(given.get(name) is not None for name in ASKED)
             turns = any(given.get(name) is not None for name in chosen)
             instead = (chosen if asks else ()) + (ASKED if asks or turns else ())
-            own = {name: value for name, value in scene.solve_options.items() if name in names and name not in instead}
+            own = checked_solve_options(scene.solve_options)  # which is a dict that may have changed since it was set
+            own = {name: value for name, value in own.items() if name in names and name not in instead}
             return solver(scene, **(own | given))
 
         return cast(Solver, solve)  # wraps keeps the signature

@@ -20,7 +20,7 @@ from surflux.points.surfels import Surfels
 from surflux.scans.georeference import georeference
 from surflux.scans.tiling import check_alike, tile_header
 from surflux.scenes.lights import Light
-from surflux.scenes.options import check_options
+from surflux.scenes.options import checked_solve_options
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
 from surflux.scenes.studio import clear_day
@@ -262,15 +262,9 @@ def _identity(path):
 
 
 def _checked_settings(options):
-    if options is not None and not (isinstance(options, Mapping) and all(isinstance(key, str) for key in options)):
-        raise ValueError(f"solve_options: wanted a dict with names as keys, got {options!r}")
-    found = dict(options or {})
+    found = checked_solve_options(options)
     if "seed" in found:
         raise ValueError("solve_options: seed is an argument of its own")
-    try:
-        check_options(found)
-    except ValueError as error:
-        raise ValueError(f"solve_options: {error}") from None
     return found
 
 

@@ -1,3 +1,6 @@
+import os
+import sys
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -87,6 +90,17 @@ def test_files_that_cannot_be(tmp_path, picture):
     (tmp_path / "broken.png").write_bytes(b"\x89PNG")
     with pytest.raises(_core.FileError, match="not a PNG file"):
         read_image(tmp_path / "broken.png")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text here")
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+def test_names_that_are_no_utf_8(tmp_path, picture, suffix):
+    path = tmp_path / os.fsdecode(b"i\xff" + suffix.encode())
+    with pytest.raises(_core.FileError, match=r"i\\xff\.\w+: no such file$"):
+        read_image(path)
+    write_image(path, picture)
+    assert read_image(path).shape == picture.shape
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_tone_map_refuses_by_name():

@@ -124,6 +124,13 @@ def test_what_holds_arrays_compares_by_contents_and_hashes():
     assert len({one, two, other}) == 2
 
 
+def test_patches_of_the_sky_are_copied(twin):
+    patches = sf.SkyPatches(577)
+    other = twin(patches)
+    np.testing.assert_array_equal(other.directions, patches.directions)
+    assert other is not patches
+
+
 def test_hierarchies_are_copied(twin):
     tree = sf.build_hierarchy(shapes.sphere(162))
     other = twin(tree)

@@ -159,6 +159,14 @@ def test_solve_options_are_those_of_solve(options, message):
         sf.Scene([floor()], solve_options=options)
 
 
+def test_solve_options_that_are_changed_in_place_are_checked_by_solvers():
+    scene = sf.Scene([floor()], [sf.Environment(1.0)])
+    scene.solve_options["eror"] = 1e-4
+    for solver in (sf.solve, sf.solve_meshless):
+        with pytest.raises(ValueError, match=r"^solve_options: eror: is not an option of solve; there is error, "):
+            solver(scene)
+
+
 def test_solve_options_may_be_none_where_solve_takes_it():
     options = {"max_surfels": None, "max_memory": None, "probes": 128, "shadow_rays": 128}
     assert sf.Scene([floor()], solve_options=options).solve_options == options

@@ -26,6 +26,12 @@ def solved():
     return solve_own(sf.Scene([room, ball], [lamp], camera=CAMERA))
 
 
+def test_a_program_may_have_numpy_raise_of_all(solved, tmp_path):
+    solved.save(tmp_path / "room.ply")
+    with np.errstate(all="raise"):
+        assert len(sf.load_solution(tmp_path / "room.ply").surfels) == len(solved.surfels)
+
+
 def test_all_of_it_comes_back(solved, tmp_path):
     solved.save(tmp_path / "room.ply")
     back = sf.load_solution(tmp_path / "room.ply")

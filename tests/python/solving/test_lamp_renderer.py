@@ -251,3 +251,14 @@ def test_a_camera_that_is_none_is_refused(renderer):
     with pytest.raises(ValueError, match="camera: wanted a Camera, got NoneType"):
         renderer.camera = None
     renderer.frame(POINT)
+
+
+def test_frames_after_areas_were_set_are_refused_as_relit_solutions_are():
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+    disks = sf.Surfels(floor.points, floor.normals, radii=0.2, areas=0.05)
+    transfer = sf.precompute_transfer(sf.Scene([disks], camera=CAMERA))
+    renderer = sf.LampRenderer(transfer, None, (8, 6))
+    disks.areas = 2.0 * disks.areas
+    for light in (transfer.relight, renderer.frame):
+        with pytest.raises(ValueError, match=r"^scene: areas of its surfels were set after precompute_transfer"):
+            light(POINT)
