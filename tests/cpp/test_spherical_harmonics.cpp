@@ -135,5 +135,13 @@ TEST(SphericalHarmonics, RefuseWhatIsNoOrderAndNoRotation) {
     EXPECT_EQ(refusal([&] { HarmonicRotation({x, y, {0, 0, std::nan("")}}, 5); }), "rotation: wanted finite numbers");
 }
 
+TEST(CapBands, AreThoseOfALobeOfExponentZeroOverAHemisphereAndOneOfAPoint) {
+    const std::vector<double> hemisphere = cap_bands(2.0 * pi, 9), lobe = lobe_bands(0.0, 9), point = cap_bands(0.0, 9);
+    for (std::size_t l = 0; l < 9; ++l) {
+        EXPECT_NEAR(hemisphere[l], lobe[l] / (2.0 * pi), 1e-12) << l;
+        EXPECT_NEAR(point[l], 1.0, 1e-4) << l;
+    }
+}
+
 }  // namespace
 }  // namespace surflux
