@@ -14,7 +14,7 @@ ALONE = "image"
 
 # The rooms of python/surflux, top to bottom; the face (surflux/__init__.py) finds public names in them when asked.
 ROOMS = ["cli", "bench", "viewing", "solving", "cluster", "splats", "solutions", "scenes", "points", "scans", "drawing"]
-ROOMS += ["pictures", "geometry", "_base"]
+ROOMS += ["pictures", "meshes", "geometry", "_base"]
 
 # Outside libraries by their headers' folder, and where those may be included. Eigen may be used anywhere.
 HOMES = {

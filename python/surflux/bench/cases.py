@@ -132,7 +132,7 @@ def _normals_of_samples(name):
 
 
 def _statue(name):
-    from surflux.geometry.meshes import read_mesh
+    from surflux.meshes.reading import read_mesh
 
     mesh = read_mesh(_statue_path(name))
     faces = np.asarray(mesh.indices).reshape(-1, 3)

@@ -18,7 +18,7 @@ import numpy as np
 import surflux as sf
 from surflux.bench import mitsuba_renderer, scenes
 from surflux.bench.truth import area_sample, even_squares, places_on
-from surflux.geometry.meshes import read_mesh
+from surflux.meshes.reading import read_mesh
 from surflux.scenes import shapes
 
 POINTS = 200

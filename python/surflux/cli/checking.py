@@ -5,7 +5,7 @@ import numpy as np
 import surflux as sf
 from surflux import _core
 from surflux._base import check
-from surflux.geometry.winding import opposite_edges
+from surflux.meshes.winding import opposite_edges
 from surflux.scenes.coincidence import coincidence_of, rounded_for
 
 LISTED = 10  # of the largest patches

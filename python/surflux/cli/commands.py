@@ -33,7 +33,7 @@ from surflux.cli.processes import in_all_processes, joined
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
 from surflux.cli.streams import usable_streams
-from surflux.geometry.meshes import read_mesh
+from surflux.meshes.reading import read_mesh
 from surflux.pictures.animation import FPS, check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import WRITTEN

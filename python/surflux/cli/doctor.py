@@ -15,7 +15,7 @@ from surflux._base.summary import box_text
 from surflux.cli.doctor_points import facts_of_points, lines_of_points
 from surflux.cli.mesh import PATCHES
 from surflux.cli.saying import error_lines
-from surflux.geometry.meshes import GLTF, MESHES_ALONE, read_mesh
+from surflux.meshes.reading import GLTF, MESHES_ALONE, read_mesh
 from surflux.scans.formats import format_of
 from surflux.solutions.solution_file import holds_solution
 

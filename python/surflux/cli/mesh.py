@@ -11,9 +11,9 @@ from surflux._base.check import counted
 from surflux._base.files import require_file
 from surflux._base.passes import LOG
 from surflux.geometry.estimates import percent
-from surflux.geometry.meshes import GLTF, file_named, read_mesh
-from surflux.geometry.transparency import tell_backs
-from surflux.geometry.winding import wound_alike
+from surflux.meshes.reading import GLTF, file_named, read_mesh
+from surflux.meshes.transparency import tell_backs
+from surflux.meshes.winding import wound_alike
 from surflux.points.layers import is_terrain_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES

@@ -19,7 +19,7 @@ from surflux.cli.solar_site import check_weather, site_of
 from surflux.cli.solve import kind_of
 from surflux.drawing.plots import picture_path
 from surflux.drawing.value_map import SCALE, value_map
-from surflux.geometry.meshes import GLTF
+from surflux.meshes.reading import GLTF
 from surflux.pictures.framing import framing
 from surflux.points.reading import warn_of_faces
 from surflux.points.scan import read_scan_with_faces

@@ -1,1 +1,1 @@
-"""Functions of arrays that know no class: areas, normals and radii, orientation, groups, meshes and their patches."""
+"""Functions of arrays that know no class: areas, normals and radii, orientation, groups."""

@@ -11,10 +11,10 @@ from surflux._base.passes import stage, watched
 from surflux._base.types import Progress, SomeSurfels
 from surflux.geometry.areas import surface_area
 from surflux.geometry.cores import gloss_at, make_core, moved, replaced
-from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.gloss import NO_GLOSS, gloss_arrays, require_energy
-from surflux.geometry.mesh_surfels import with_colors_of_pieces
+from surflux.meshes.divided import cut_at_walls
+from surflux.meshes.mesh_surfels import with_colors_of_pieces
 
 _ASLANT = np.array([0.577, 0.618, 0.533])  # to no usual normal at right angles
 

@@ -4,8 +4,8 @@ import sys
 
 import numpy as np
 
-from surflux.geometry.foreign_meshes import colors_among, is_gltf, reflectance_of
-from surflux.geometry.gltf_looks import linear_reflectance
+from surflux.meshes.foreign_meshes import colors_among, is_gltf, reflectance_of
+from surflux.meshes.gltf_looks import linear_reflectance
 
 
 def unpacked(points, normals, reflectance):

@@ -15,11 +15,11 @@ from surflux.drawing.plots import to_polydata
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.gloss import USUAL_EXPONENT, gloss_arrays, require_energy
-from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
-from surflux.geometry.meshes import file_named, name_of, read_mesh
 from surflux.geometry.sheets import sheet_faces
-from surflux.geometry.transparency import tell_backs
-from surflux.geometry.winding import warn_of_winding
+from surflux.meshes.mesh_surfels import sampled_surfels, surfels_of_patches
+from surflux.meshes.reading import file_named, name_of, read_mesh
+from surflux.meshes.transparency import tell_backs
+from surflux.meshes.winding import warn_of_winding
 from surflux.points import arranging, materials, showing, summaries
 from surflux.points.foreign_clouds import unpacked
 from surflux.points.seen_from import normals_of_array

@@ -10,7 +10,7 @@ import numpy as np
 
 from surflux._base.files import whole_file, write_whole
 from surflux._base.installation import VERSION
-from surflux.geometry.gltf_format import (
+from surflux.meshes.gltf_format import (
     ARRAY_BUFFER,
     FLOAT,
     GLB_BIN,

@@ -10,7 +10,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import progress_callback
 from surflux._base.summary import box_text, html_table
-from surflux.geometry.divided import cut_at_walls
+from surflux.meshes.divided import cut_at_walls
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import concatenate
 from surflux.points.surfels import Surfels

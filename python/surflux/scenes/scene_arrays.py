@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux.geometry.faces import ARRAYS, Faces
+from surflux.meshes.faces import ARRAYS, Faces
 from surflux.pictures.camera import Camera
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, PointLight, SpotLight

@@ -10,12 +10,12 @@ from surflux._base import check
 from surflux._base.passes import LOG
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_radii
-from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
-from surflux.geometry.meshes import GLTF, read_mesh
 from surflux.geometry.orientation import inward_patches
 from surflux.geometry.sheets import sheet_faces
-from surflux.geometry.transparency import tell_backs
-from surflux.geometry.winding import warn_of_winding, wound_alike
+from surflux.meshes.mesh_surfels import sampled_surfels, surfels_of_patches
+from surflux.meshes.reading import GLTF, read_mesh
+from surflux.meshes.transparency import tell_backs
+from surflux.meshes.winding import warn_of_winding, wound_alike
 from surflux.points.arranging import only_so_many, with_other_sides
 from surflux.points.reading import read, read_with_faces
 from surflux.points.surfels import Surfels

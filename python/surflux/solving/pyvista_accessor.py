@@ -9,7 +9,7 @@ import numpy as np
 import pyvista
 
 from surflux._base import check
-from surflux.geometry.strips import without_strips
+from surflux.meshes.strips import without_strips
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Light, Scene
 from surflux.solutions.lit_points import LIGHT

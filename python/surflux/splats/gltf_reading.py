@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from surflux._base.files import file_error, require_file
-from surflux.geometry.gltf_container import DAMAGED, Container, whole
-from surflux.geometry.gltf_format import POINTS
-from surflux.geometry.gltf_nodes import nodes_shown
+from surflux.meshes.gltf_container import DAMAGED, Container, whole
+from surflux.meshes.gltf_format import POINTS
+from surflux.meshes.gltf_nodes import nodes_shown
 from surflux.scans.gltf import up_to_y
 from surflux.splats import gltf_format as gltf
 from surflux.splats import turning

@@ -270,7 +270,7 @@ def test_the_frame_of_a_depth_camera_stands_upright(here, run, forward):
 
 @pytest.mark.slow
 def test_up_is_y_in_gltf(ball, run):
-    from surflux.geometry.gltf_container import Container
+    from surflux.meshes.gltf_container import Container
 
     for up, wanted in (("0,0,1", [0, 0, 1]), ("0,1,0", [0, 1, 0])):
         assert run("solve", "ball.ply", "-o", "ball.glb", "--no-image", "--up", up)[0] == 0

@@ -181,7 +181,7 @@ def test_shares_of_negative_indices_and_refusals():
     ("name", "within"), [("bunny_34834", 0.02), pytest.param("armadillo_43k", 0.03, marks=pytest.mark.slow)]
 )
 def test_statues(scans, name, within):
-    from surflux.geometry.meshes import read_mesh
+    from surflux.meshes.reading import read_mesh
 
     path = scans / "statues" / f"{name}.ply"
     mesh = read_mesh(path)

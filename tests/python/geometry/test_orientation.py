@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from surflux.bench import clouds
-from surflux.geometry.meshes import read_mesh
+from surflux.meshes.reading import read_mesh
 from surflux.scenes import shapes
 
 

@@ -6,8 +6,8 @@ from scipy.spatial import cKDTree
 
 import surflux as sf
 from surflux import _core
-from surflux.geometry.meshes import read_mesh
-from surflux.geometry.patches import make_patches
+from surflux.meshes.patches import make_patches
+from surflux.meshes.reading import read_mesh
 
 MARGIN = 1.1
 PROBES = 20_000

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.geometry.meshes import read_mesh
 from surflux.geometry.sheets import sheet_faces
+from surflux.meshes.reading import read_mesh
 from surflux.scenes import shapes
 
 

@@ -312,7 +312,7 @@ def test_a_file_that_is_replaced_keeps_its_mode(here, scan, suffix):
 def test_normals_of_gltf_have_a_length(here, scan):
     normals = scan.normals.copy()
     normals[3] = np.nan
-    from surflux.geometry.gltf_container import Container
+    from surflux.meshes.gltf_container import Container
 
     path = scan.save("out.glb", normals=normals)
     header = Container(path)

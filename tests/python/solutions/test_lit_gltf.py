@@ -9,7 +9,7 @@ import pytest
 
 import surflux as sf
 from surflux._base.color import white_of
-from surflux.geometry.gltf_container import Container
+from surflux.meshes.gltf_container import Container
 from surflux.solutions.lit_gltf import _at_corners, _have_area
 
 

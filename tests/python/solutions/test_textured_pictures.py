@@ -8,8 +8,8 @@ import pytest
 import surflux as sf
 from squares import SQUARE, TWO
 from surflux._base.color import WHITE, srgb_to_linear
-from surflux.geometry.meshes import read_mesh
-from surflux.geometry.seen_textures import SeenTextures
+from surflux.meshes.reading import read_mesh
+from surflux.meshes.seen_textures import SeenTextures
 
 TEXELS = 32
 CAMERA = sf.Camera([0.5, 0.5, 3.0], [0.5, 0.5, 0.0], up=[0, 1, 0], height=1.0)  # a pixel of it sees one texel
@@ -204,7 +204,7 @@ def test_what_is_not_there_of_a_texture_is_no_black():
 
 def test_few_filtered_textures_are_kept(square, monkeypatch):
     """None without memory for it; and of the largest only means of texels."""
-    from surflux.geometry import seen_textures
+    from surflux.meshes import seen_textures
 
     monkeypatch.setattr(seen_textures, "_KEPT", 0)
     monkeypatch.setattr(seen_textures, "_LARGEST", TEXELS**2 // 4)

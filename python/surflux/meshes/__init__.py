@@ -1,0 +1,1 @@
+"""Meshes of files and of other libraries, with their colours, materials and textures; their patches and winding."""
