@@ -86,6 +86,8 @@ _HOME = {
     "write_image": "pictures.images",
 }
 
+_import_module("surflux._base.forks")  # which has to be there before a process forks
+
 __version__ = _VERSION
 __all__ = sorted([*_HOME, "Cancelled", "DeviceError", "FileError"])
 

@@ -25,9 +25,8 @@ std::vector<Rgb> emitted_lobes(const Tracer& tracer, const LightSampler& lights,
                 const double* u = even.next();
                 const double choice = random.uniform(), across = random.uniform(), along_it = random.uniform();
                 const Departure at{points.at(place, across, along_it), place.normal, place.surfel};
-                for (int group = 0; group < lights.groups(); ++group) {
-                    const LightRay light = lights.sample(at.position, lobe, u[2], u[3], choice, group);
-                    if (!(light.length > 0.0)) continue;
+                const LightRay light = lights.sample(at.position, lobe, u[2], u[3], choice);
+                if (light.length > 0.0 && !(light.irradiance == Rgb{})) {
                     towards.add(at, light);
                     brought.push_back(light.irradiance);
                 }

@@ -10,8 +10,8 @@
 
 namespace surflux {
 
-// What glossy places send of emissive surfels that are sampled as lights: the mean of so many light samples of each
-// group and as many rays along the lobe, by multiple importance sampling, as paths have them (GlossyLobe).
+// What glossy places send of emissive surfels that are sampled as lights: the mean of so many light samples, of all
+// of them, and as many rays along the lobe, by multiple importance sampling, as paths have them (GlossyLobe).
 std::vector<Rgb> emitted_lobes(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
                                const std::vector<Place>& places, const std::vector<GlossyLobe>& lobes, int samples,
                                std::uint64_t seed);

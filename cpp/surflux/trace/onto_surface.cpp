@@ -27,16 +27,15 @@ std::vector<Vec3> onto_surface(const Surfels& surfels, const Tracer& tracer, con
         const auto faces_its_way = [&](const Hit& hit) {
             return hit && dot(surfels.normals[hit.surfel], from.normal) > 0.0;
         };
-        const auto rounded = [&](const Hit& hit) {
-            return std::max(by_rounding * surfels.radii[hit.surfel], rounding * largest_coordinate(points[k]));
-        };
         if (above && !faces_its_way(above)) {  // the other side of a sheet?
-            if (above.distance > rounded(above)) return;
+            const double radius = surfels.radii[above.surfel];
+            const double rounded = std::min(rounding * largest_coordinate(points[k]), farthest * radius);
+            if (above.distance > std::max(by_rounding * radius, rounded)) return;
             const Vec3 place = points[k] + above.distance * from.normal;
             if (tracer.departure(place, from.normal).surfel != Hit::none) out[k] = place;
             return;
         }
-        if (!above || above.distance > std::max(farthest * surfels.radii[above.surfel], rounded(above))) return;
+        if (!above || above.distance > farthest * surfels.radii[above.surfel]) return;
         const Hit below = tracer.closest(Ray{from, -from.normal});
         if (faces_its_way(below) && below.distance < above.distance) return;
         out[k] = points[k] + above.distance * from.normal;

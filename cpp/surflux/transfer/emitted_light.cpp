@@ -8,7 +8,7 @@ namespace surflux {
 namespace {
 
 constexpr int probes = 64, rays = 256;  // of each surfel, as `solve` by rays has them
-constexpr int lobe_samples = 64;
+constexpr int lobe_samples = 32;
 constexpr std::uint64_t seed = 0;  // a transfer from a file has the same light
 
 }  // namespace

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from surflux._core import FileError
+from surflux.meshes.named_files import files_of_mesh
 from surflux.pictures.animation import NUMBER
 from surflux.scenes.scene_file import named_files
 
@@ -68,6 +69,7 @@ def _files_read(options):
     for path, _ in found.copy():
         if Path(path).suffix.lower() == ".toml":
             found += [(file, f"a file that {path} names") for file in _named_in(path)]
+    found += [(file, f"a file that {path} names") for path, _ in found.copy() for file in files_of_mesh(path)]
     return [(path, what) for path, what in found if os.path.isfile(path)]
 
 

@@ -1,6 +1,7 @@
 """stdout and stderr of commands, whatever the caller has made of them."""
 
 import contextlib
+import io
 import os
 import sys
 
@@ -18,10 +19,11 @@ def usable_streams(own=False):
         for name, redirected in (("stdout", contextlib.redirect_stdout), ("stderr", contextlib.redirect_stderr)):
             stream = getattr(sys, name)
             if stream is None:  # its file was closed when the process began
-                streams.enter_context(redirected(streams.enter_context(open(os.devnull, "w"))))
-            elif getattr(stream, "errors", None) == "strict" and hasattr(stream, "reconfigure"):
+                nowhere = io.TextIOWrapper(io.BytesIO(), "utf-8", "backslashreplace")
+                streams.enter_context(redirected(nowhere))
+            elif getattr(stream, "errors", None) in ("strict", "surrogateescape") and hasattr(stream, "reconfigure"):
+                streams.callback(_reconfigure, stream, stream.errors)
                 stream.reconfigure(errors="backslashreplace")
-                streams.callback(_reconfigure, stream)
         yield
 
 
@@ -34,9 +36,9 @@ def _fill_standard_files():
             os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
 
 
-def _reconfigure(stream):
+def _reconfigure(stream, errors):
     with contextlib.suppress(OSError):  # of a reader that has gone
-        stream.reconfigure(errors="strict")
+        stream.reconfigure(errors=errors)
 
 
 def _drop_the_rest():

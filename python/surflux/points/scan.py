@@ -96,6 +96,12 @@ class Scan:
         """(3,): where all points were seen from; None where that is not known, or not one place."""
         return self.viewpoints[0] if len(self.viewpoints) == 1 and np.all(np.isfinite(self.viewpoints)) else None
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for values in (*state.values(), *state["attributes"].values()):
+            if isinstance(values, np.ndarray):
+                given_away(values)
+        self.__dict__.update(state)
+
     def __len__(self) -> int:
         return len(self.points)
 

@@ -11,6 +11,7 @@ def write_polydata(path, data):
     """
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
+    data._store_metadata()  # as save of pyvista does: which arrays are bool
     writer = vtkXMLPolyDataWriter()
     writer.SetInputData(data)
     writer.WriteToOutputStringOn()

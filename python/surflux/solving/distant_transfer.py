@@ -46,7 +46,7 @@ class DistantTransfer(Transfer):
         eye surfels are glossy (L07 section 6.4 has the bounces in its matrices likewise). Of the environment 81
         harmonics come to a surfel, so that lobes of an exponent far above 40 are blurred; of what other surfels send
         25, which blurs those above 10. Small strong emissive surfels are in lobes as they are, but for the noise of
-        some hundred rays.
+        64 rays a surfel, which each view takes anew.
 
         Args:
             environment: Environment, or its harmonics in the scene's axes (see surflux.spherical_harmonics): (n,) or

@@ -8,6 +8,7 @@ import pytest
 import surflux as sf
 from surflux.cli.options import command_line
 from surflux.cli.outputs import check_outputs
+from surflux.meshes.named_files import files_of_mesh
 
 PART = """
 [[object]]
@@ -97,3 +98,35 @@ def test_a_scene_file_that_cannot_be_read_is_told_where_it_is_read(here):
     Path("scene.toml").write_text("[[object")
     assert refused("solve", "scene.toml", "-o", "part.ply") is None
     assert refused("solve", "no.toml", "-o", "part.ply") is None
+
+
+@pytest.mark.parametrize("source", ["house.obj", "scene.toml"])
+@pytest.mark.parametrize("asked", [("-o", "lit.ply", "--image", "a wall.png"), ("-o", "a wall.ply")], ids=" ".join)
+def test_textures_of_meshes_are_not_replaced(here, run, source, asked):
+    """One picture took the place of the texture, and the next solve read it."""
+    sf.write_image("a wall.png", np.ones((4, 4, 3)))
+    Path("house.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd -s 2 2 1 a wall.png\n")
+    corners = "".join(f"v {x} {y} 0\nvt {x} {y}\n" for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    Path("house.obj").write_text(f"mtllib house.mtl\n{corners}usemtl a\nf 1/1 2/2 3/3 4/4\n")
+    sky = "[[light]]\ntype = 'environment'\nradiance = 1.0\n"
+    Path("scene.toml").write_text(f"[[object]]\nfile = 'house.obj'\nkind = 'mesh'\n{sky}")
+    before = Path("a wall.png").read_bytes()
+    status, _, err = run("solve", source, *asked, *(() if source == "scene.toml" else ("--light", "sky")))
+    assert (status, err) == (
+        2,
+        f"surflux: error: --image: is a file that {'house.obj'} names, 'a wall.png'; wanted another name\n",
+    )
+    assert Path("a wall.png").read_bytes() == before
+
+
+def test_files_that_meshes_name(here):
+    for name in ("a b.png", "c.bin", "d.png"):
+        Path(name).write_bytes(b"")
+    Path("m.gltf").write_text(
+        '{"asset": {"version": "2.0"}, "buffers": [{"uri": "c.bin"}], "images": [{"uri": "a%20b.png"}, {}]}'
+    )
+    Path("m.ply").write_text("ply\nformat ascii 1.0\ncomment TextureFile d.png\nend_header\n")
+    Path("broken.gltf").write_text("{")
+    assert {path.name for path in files_of_mesh("m.gltf")} == {"a b.png", "c.bin"}
+    assert [path.name for path in files_of_mesh("m.ply")] == ["d.png"]
+    assert files_of_mesh("broken.gltf") == files_of_mesh("none.obj") == files_of_mesh("a b.png") == []

@@ -82,3 +82,10 @@ def test_progress_without_a_stderr(monkeypatch, stderr):
     s = shapes.sphere(162)
     monkeypatch.setattr(sys, "stderr", stderr)
     assert sf.effective_areas(s, progress=True).shape == (162,)
+
+
+def test_a_closed_stdout_takes_names_that_are_no_text(shell):
+    name = os.fsdecode(b"a\xff.ply")
+    done = shell(f"area ball.ply -q -o {name} >&-")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert Path(name).exists()

@@ -1,5 +1,8 @@
 """Arrays of a Scan are its own, and nobody writes to them."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -62,3 +65,16 @@ def test_what_a_reader_gives_away_is_not_copied(tmp_path):
     array = given_away(np.zeros(3))
     assert frozen(array) is array
     assert frozen(array, np.float32) is not array
+
+
+@pytest.mark.parametrize("again", [lambda scan: pickle.loads(pickle.dumps(scan)), copy.deepcopy, copy.copy])
+def test_copies_are_read_only_too(again):
+    for name, values in arrays_of(again(sf.Scan(*given(np.float64)))).items():
+        assert not values.flags.writeable, name
+
+
+def test_memory_of_others_is_copied():
+    data = bytearray(np.arange(5, dtype=np.uint16).tobytes())
+    scan = sf.Scan(np.zeros((5, 3)), attributes={"k": np.frombuffer(memoryview(data).toreadonly(), np.uint16)})
+    data[:] = bytes(len(data))
+    np.testing.assert_array_equal(scan.attributes["k"], np.arange(5))

@@ -55,3 +55,12 @@ def test_vtp_on_a_full_disk_is_an_error_and_what_was_there_stays(tmp_path, monke
     assert (done.returncode, "lit.vtp: cannot be written" in done.stderr) == (0, True), done.stderr
     assert Path("lit.vtp").read_text() == "there already"
     assert sorted(path.name for path in Path().iterdir()) == ["floor.obj", "full.py", "lit.vtp"]
+
+
+def test_vtp_says_which_arrays_are_bool(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    keep = np.array([True, False, True, False, False])
+    path = sf.Scan(np.zeros((5, 3)), attributes={"keep": keep}).save(tmp_path / "b.vtp")
+    found = pyvista.read(path).point_data["keep"]
+    assert found.dtype == bool
+    np.testing.assert_array_equal(found, keep)

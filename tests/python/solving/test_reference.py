@@ -219,3 +219,13 @@ def test_places_that_rounding_puts_behind_their_surface(below):
         looks = {"reflectance": 0.5, "specular": 0.0, "exponent": 1.0, "samples": 16}
         (value,), _ = sf.reference_radiance(scene, [[0.01, 0.02, -depth]], [UP], [UP], **looks)
         np.testing.assert_allclose(np.pi * value, 0.5 * expected, rtol=1e-3)
+
+
+def test_places_inside_a_body_stay_there_far_from_the_origin():
+    """Floats of coordinates of millions differ by .5: places that far below a roof had the sun on it."""
+    vertices, faces, _ = shapes.box([4.0, 4.0, 1.0], 4)
+    far = np.array([5e5, 5.8e6, 0.0])
+    slab = sf.Surfels.from_mesh((np.asarray(vertices) + far, faces), reflectance=0.0)
+    scene = sf.Scene([slab], [sf.DirectionalLight([0, 0, -1], 800.0)])
+    value, _ = sf.reference_irradiance(scene, np.add(far, [[2.1, 2.2, 0.5], [2.1, 2.2, 1.0]]), [UP, UP], samples=16)
+    np.testing.assert_allclose(value[:, 0], [0.0, 800.0])
