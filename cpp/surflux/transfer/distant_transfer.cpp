@@ -35,7 +35,7 @@ public:
     void gather(std::size_t k, const std::vector<float>& sent, double* out) const {
         const TransportOperator::Row& row = transport_.rows[k];
         const Frame frame = frame_around(transport_.normals[k]);
-        double above[reflected], below[reflected];
+        double above[reflected], below[reflected], cap[order];
         std::fill_n(out, 3 * reflected, 0.0);
         Rgb irradiance;
         for (std::uint32_t l = row.begin; l < row.end; ++l) {
@@ -46,9 +46,9 @@ public:
             basis_.evaluate(frame.to_world(local), above);
             basis_.evaluate(frame.to_world({local.x, local.y, -local.z}), below);
             const double share = static_cast<double>(row.per_ray * TransportOperator::rays_of(link));
-            const std::vector<double> cap = cap_bands(pi * share / local.z, order);
-            scale_bands(cap, above);
-            scale_bands(cap, below);
+            cap_bands(pi * share / local.z, order, cap);
+            scale_bands(cap, order, above);
+            scale_bands(cap, order, below);
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto arrived = share * static_cast<double>(sent[colors * TransportOperator::sender(link) + c]);
                 irradiance[static_cast<int>(c)] += arrived;

@@ -22,23 +22,25 @@ std::vector<double> lobe_bands(double exponent, int order) {
     return bands;
 }
 
-std::vector<double> cap_bands(double solid_angle, int order) {
+void cap_bands(double solid_angle, int order, double* bands) {
     // The integral of P_l over [z, 1] is (P_(l-1)(z) - P_(l+1)(z)) / (2 l + 1).
     const double z = 1.0 - std::clamp(solid_angle / (2.0 * pi), 1e-6, 1.0);
-    std::vector<double> bands{1.0};
     double before = 1.0, at = z;
+    bands[0] = 1.0;
     for (int l = 1; l < order; ++l) {
         const double next = ((2 * l + 1) * z * at - l * before) / (l + 1);
-        bands.push_back((before - next) / ((2 * l + 1) * (1.0 - z)));
+        bands[l] = (before - next) / ((2 * l + 1) * (1.0 - z));
         before = at, at = next;
     }
-    return bands;
+}
+
+void scale_bands(const double* factors, int order, double* coefficients, int channels) {
+    for (int l = 0; l < order; ++l)
+        for (int k = 0; k < (2 * l + 1) * channels; ++k) *coefficients++ *= factors[l];
 }
 
 void scale_bands(const std::vector<double>& factors, double* coefficients, int channels) {
-    for (std::size_t l = 0; l < factors.size(); ++l)
-        for (std::size_t k = 0; k < (2 * l + 1) * static_cast<std::size_t>(channels); ++k)
-            *coefficients++ *= factors[l];
+    scale_bands(factors.data(), static_cast<int>(factors.size()), coefficients, channels);
 }
 
 }  // namespace surflux

@@ -10,10 +10,11 @@ namespace surflux {
 // lobes are the others; times (exponent + 1) / (2 pi) they integrate to 1.
 std::vector<double> lobe_bands(double exponent, int order);
 
-// The same with a cap of so many steradians, up to a hemisphere, of which the mean is taken.
-std::vector<double> cap_bands(double solid_angle, int order);
+// The same with a cap of so many steradians, up to a hemisphere, of which the mean is taken, into `order` factors.
+void cap_bands(double solid_angle, int order, double* bands);
 
 // Coefficients, `channels` numbers each, times the factors of their bands.
+void scale_bands(const double* factors, int order, double* coefficients, int channels = 1);
 void scale_bands(const std::vector<double>& factors, double* coefficients, int channels = 1);
 
 }  // namespace surflux

@@ -31,8 +31,8 @@ public:
     SenderGroups() = default;
     // How unlike the surfels of a group are lit, from a number for the random numbers that it takes.
     struct Lit {
-        float unlike =
-            0.0f;  // the mean of |a - b| / (a + b) over pairs: 0 where they are lit alike, 1 where one alone is
+        // The mean of |a - b| / (a + b) over pairs: 0 where they are lit alike, 1 where one alone is.
+        float unlike = 0.0f;
         bool parted = false;  // is light of some hidden from others?
     };
     using Unlikeness = std::function<Lit(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)>;
