@@ -6,6 +6,7 @@ from itertools import chain
 import numpy as np
 
 from surflux._base.check import counted
+from surflux._base.color import white_of_colors
 from surflux._base.files import bytes_of, file_error
 from surflux._base.warn import warn
 from surflux.meshes.file_colors import reflectance_in_file
@@ -20,7 +21,8 @@ _DIGITS = 18  # at most, that 64 bits hold
 def read_off_mesh(path):
     """The Mesh of an OFF file of text: a vertex in each line, then a face, which may have a colour behind its corners.
 
-    Colours of faces count before those of vertices (COFF). Whole numbers are of 255, others fractions.
+    Colours of faces count before those of vertices (COFF). Rows of whole numbers are of 255 where one of them, alpha
+    too, is above 1; others are fractions, unless they go up to 255.
 
     Raises:
         FileError: with the line.
@@ -91,7 +93,8 @@ def _vertices(path, header, rows, lines):
         warn(f"{path}: vertices have {counted(more, 'number')} more than {header}OFF has, which are left out")
     if "C" not in header:
         return points, None
-    return points, _reflectance(path, [words[before : before + 3] for words in rows], "vertex", lines)
+    end = before + _COLORS[width > wanted]
+    return points, _reflectance(path, [words[before:end] for words in rows], "vertex", lines)
 
 
 def _faces(path, vertices, rows, lines):
@@ -125,7 +128,7 @@ def _colors_of_faces(path, mesh, rows, lines):
     if not has.any():
         return None
     colored, lines = ([one for one, colored in zip(every, has, strict=True) if colored] for every in (behind, lines))
-    found = _reflectance(path, [words[:3] for words in colored], "face", lines)
+    found = _reflectance(path, colored, "face", lines)
     if found is None:
         return None
     out = np.array(mesh.face_reflectance())
@@ -134,9 +137,13 @@ def _colors_of_faces(path, mesh, rows, lines):
 
 
 def _reflectance(path, rows, element, lines):
-    kind = "uchar" if all(word.isdigit() for words in rows for word in words) else "float"
-    colors = np.array(_numbers(path, rows, lines, float)).reshape(-1, 3)
-    return reflectance_in_file(path, colors, kind, element)
+    """(n, 3), linear, of rows of three numbers and maybe alpha; or None."""
+    colors = np.array(_numbers(path, [words[:3] for words in rows], lines, float)).reshape(-1, 3)
+    whole = np.array([all(word.isdigit() for word in words) for words in rows])
+    of_255 = any(float(word) > 1.0 for words, is_whole in zip(rows, whole, strict=True) if is_whole for word in words)
+    if of_255 and not whole.all() and white_of_colors(colors[~whole], "float") == 1.0:
+        colors[whole] /= 255.0
+    return reflectance_in_file(path, colors, "uchar" if of_255 and whole.all() else "float", element)
 
 
 def _numbers(path, rows, lines, kind):
