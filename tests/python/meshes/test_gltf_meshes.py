@@ -179,10 +179,20 @@ def test_what_changes_faces_and_is_not_read_is_told(tmp_path, node, said):
         assert areas(read_mesh(square.save(tmp_path / "a.gltf"))).sum() == 1.0
 
 
+def test_what_is_below_a_hidden_node_is_told(tmp_path):
+    square = Square()
+    hidden = {"children": [1], "extensions": {"KHR_node_visibility": {"visible": False}}}
+    square.header["nodes"] = [hidden, {"mesh": 0}]
+    with pytest.warns(UserWarning, match=r"a\.gltf: KHR_node_visibility is not read"):
+        read_mesh(square.save(tmp_path / "a.gltf"))
+
+
 @pytest.mark.filterwarnings("error")
-def test_weights_of_0_change_nothing(tmp_path):
+@pytest.mark.parametrize("visibility", [{}, {"visible": True}])
+def test_what_changes_nothing_is_not_told(tmp_path, visibility):
     square = Square()
     square.header["meshes"][0]["weights"] = [0.0, 0.0]
+    square.header["nodes"][0]["extensions"] = {"KHR_node_visibility": visibility}
     read_mesh(square.save(tmp_path / "a.gltf"))
 
 
