@@ -124,6 +124,8 @@ HEAD = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
         (HEAD + "3 0 1 2\n3 0 1\n", " (line 8): a face of 3 corners has 2 of them"),
         (HEAD + "3 0 1 2\n2 0 1\n", " (line 8): a face of 2 corners; wanted 3 or more"),
         (HEAD + "3 0 1 2.5\n3 0 1 2\n", " (line 7): '2.5' is no whole number"),
+        (HEAD + f"3 0 1 2\n3 0 1 {10**19}\n", f" (line 8): '{10**19}' is no whole number"),
+        (HEAD + f"3 0 1 2\n{10**19} 0 1 2\n", f" (line 8): '{10**19}' is no whole number"),
         (HEAD + "3 0 1 2 red 0 0\n3 0 1 2\n", " (line 7): 'red' is no number"),
         ("OFF\nfour 2 0\n", " (line 2): wanted the numbers of its vertices and faces, got 'four 2 0'"),
         ("OFF\n", ": wanted the numbers of its vertices and faces, got nothing"),
