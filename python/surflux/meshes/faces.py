@@ -56,7 +56,8 @@ class Faces(NamedTuple):
 
     def without_colors(self, of=("reflectance", "emission")):
         """Those of surfels that have got others of these; for files and other processes, of all."""
-        return self._replace(mesh=self.mesh and without_colors(self.mesh, of))
+        mesh = self.mesh and without_colors(self.mesh, of)
+        return self._replace(mesh=mesh, filtered=self.filtered if mesh else None)
 
     def shares(self, surfels):
         """(surfel (m,), face (m,), share (m,)): how much of the area of each surfel, from 0 to 1, lies in which face.

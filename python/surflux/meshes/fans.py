@@ -5,6 +5,7 @@ import numpy as np
 from surflux import _core
 
 _ROUNDING = 1e-6  # of the height of a triangle over a line
+_MOST_CORNERS = 64  # of faces that are cut: parts are as many as triangles times lines
 
 
 def fans_of_faces(vertices, offsets, indices, faces):
@@ -34,25 +35,32 @@ def sums_of_rows(of, values, count):
 
 
 def cut_along_fans(vertices, offsets, indices, face, triangles):
-    """(of (m,), parts (m, 3, 3)): parts of triangles (t, 3, 3) on faces (t,), each in one triangle of the fan."""
+    """(of (m,), parts (m, 3, 3)): parts of triangles (t, 3, 3) on faces (t,), each in one triangle of the fan.
+
+    On faces of more corners than _MOST_CORNERS triangles stay whole.
+    """
     counts = np.diff(offsets)
     number = np.arange(len(indices)) - np.repeat(offsets[:-1], counts)  # of each corner in its face
     values = np.stack([number, number > 0], axis=1).astype(np.float64)
-    whole = counts[face] == 3
-    found, left = [(np.flatnonzero(whole), triangles[whole])], (np.flatnonzero(~whole), triangles[~whole])
-    least = 0
-    while len(left[0]):
-        of, triangles = left
-        at = face[of].repeat(3)
-        places = _core.polygon_values(vertices, offsets, indices, values, at, triangles.reshape(-1, 3))
-        line, last = _lines_between(places.reshape(-1, 3, 2), counts[face[of]])
-        line = np.maximum(line, least)
+    whole = (counts[face] == 3) | (counts[face] > _MOST_CORNERS)
+    found, of, triangles = [(np.flatnonzero(whole), triangles[whole])], np.flatnonzero(~whole), triangles[~whole]
+    least, most = np.zeros(len(of), np.int64), counts[face[of]]
+    before = np.full(len(of), -1)  # the line along which each was cut
+    while len(of):
+        points = np.concatenate([triangles, triangles.mean(axis=1, keepdims=True)], axis=1)
+        at = face[of].repeat(4)
+        places = _core.polygon_values(vertices, offsets, indices, values, at, points.reshape(-1, 3)).reshape(-1, 4, 2)
+        beyond = places[:, 3, 0] > before * places[:, 3, 1]
+        least = np.where(beyond, np.maximum(least, before + 1), least)
+        most = np.where(beyond, most, np.minimum(most, before - 1))
+        line, last = _lines_between(places[:, :3], counts[face[of]])
+        line, last = np.maximum(line, least), np.minimum(last, most)
         cut = line <= last
         found.append((of[~cut], triangles[~cut]))
-        of, line = of[cut], line[cut]
+        of, line = of[cut], (line[cut] + last[cut]) // 2  # the middle one, for few rounds
         first = offsets[face[of]]
-        row, parts = _cut_along_lines(triangles[cut], vertices[indices[first]], vertices[indices[first + line]])
-        left, least = (of[row], parts), line[row] + 1
+        row, triangles = _cut_along_lines(triangles[cut], vertices[indices[first]], vertices[indices[first + line]])
+        of, least, most, before = of[row], least[cut][row], most[cut][row], line[row]
     return tuple(np.concatenate(each) for each in zip(*found, strict=True))
 
 

@@ -18,7 +18,7 @@ from surflux.meshes.gltf_nodes import nodes_shown
 _READ = {"KHR_mesh_quantization", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds", "KHR_texture_transform"}
 _READ |= {"KHR_lights_punctual", "KHR_xmp_json_ld", "KHR_animation_pointer", "EXT_lights_image_based"}
 _MATERIALS = "KHR_materials_"
-_OF_NODES = ("EXT_mesh_gpu_instancing", "KHR_node_visibility")  # extensions that are not read
+_INSTANCES, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"  # extensions that are not read
 _FACES = (TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN)
 
 
@@ -60,6 +60,8 @@ def _mesh(path, file):
     materials = Materials(path, file)
     shown, left_out = [], {}
     for node, matrix in nodes_shown(file):
+        if _hides(node):
+            left_out[_VISIBILITY] = None
         if "mesh" in node:
             mesh = file.entry("meshes", node["mesh"])
             left_out |= dict.fromkeys(_not_read(node, mesh))
@@ -77,9 +79,15 @@ def _mesh(path, file):
     return joined([_moved(parts[key].mesh, matrix) for key, _, matrix in shown])
 
 
+def _hides(node):
+    """Whether a node says that it and those below it are not seen."""
+    return (node.get("extensions") or {}).get(_VISIBILITY, {}).get("visible") is False
+
+
 def _not_read(node, mesh):
     """What changes the faces of a mesh that a node shows and is not read."""
-    yield from (name for name in _OF_NODES if name in (node.get("extensions") or {}))
+    if _INSTANCES in (node.get("extensions") or {}):
+        yield _INSTANCES
     if "skin" in node:
         yield "skin"
     if any(node.get("weights") or mesh.get("weights") or ()):

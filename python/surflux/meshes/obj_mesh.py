@@ -16,6 +16,8 @@ def read_obj_mesh(path):
 
     A face has its texture (map_Kd), else the colours of its vertices, else Kd. Colours are no factors of the texture,
     as they are in glTF: files of photogrammetry say the same by either.
+    Where some face has a texture, or a corner without a colour, all others have the means of their vertices, so that
+    pieces of them are alike; else their colours are linear between vertices.
     """
     vertices, offsets, indices, colors, materials, (places, of_corners) = _core.read_obj(path)
     mesh = Mesh(vertices, offsets, indices.astype(np.int64), None)

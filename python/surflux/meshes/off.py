@@ -6,6 +6,7 @@ from itertools import chain
 import numpy as np
 
 from surflux._base.check import counted
+from surflux._base.color import white_of_colors
 from surflux._base.files import bytes_of, file_error
 from surflux._base.warn import warn
 from surflux.meshes.file_colors import reflectance_in_file
@@ -20,7 +21,8 @@ _DIGITS = 18  # at most, that 64 bits hold
 def read_off_mesh(path):
     """The Mesh of an OFF file of text: a vertex in each line, then a face, which may have a colour behind its corners.
 
-    Colours of faces count before those of vertices (COFF). Whole numbers are of 255, others fractions.
+    Colours of faces count before those of vertices (COFF). Rows of whole numbers are of 255 where one of them, alpha
+    too, is above 1; others are fractions, unless they go up to 255.
 
     Raises:
         FileError: with the line.
@@ -81,7 +83,7 @@ def _vertices(path, header, rows, lines):
         raise file_error(
             path, f"a vertex of {counted(width, 'number')}; wanted {wanted} ({header}OFF)", f"line {lines[row]}"
         )
-    points = np.array(_numbers(path, [words[:3] for words in rows], lines, float)).reshape(-1, 3)
+    points = _numbers(path, [words[:3] for words in rows], lines, float).reshape(-1, 3)
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         row = int(np.argmin(finite))
@@ -91,20 +93,23 @@ def _vertices(path, header, rows, lines):
         warn(f"{path}: vertices have {counted(more, 'number')} more than {header}OFF has, which are left out")
     if "C" not in header:
         return points, None
-    return points, _reflectance(path, [words[before : before + 3] for words in rows], "vertex", lines)
+    end = before + _COLORS[width > wanted]
+    return points, _reflectance(path, [words[before:end] for words in rows], "vertex", lines)
 
 
 def _faces(path, vertices, rows, lines):
     """(offsets (f + 1,), indices (k,)) of corners."""
-    corners = np.array(_numbers(path, [words[:1] for words in rows], lines, _whole), np.int64)
-    for row, (count, words) in enumerate(zip(corners, rows, strict=True)):
-        if count < 3 or count >= len(words):
-            reason = f"a face of {counted(int(count), 'corner')}"
-            reason += "; wanted 3 or more" if count < 3 else f" has {len(words) - 1} of them"
-            raise file_error(path, reason, f"line {lines[row]}")
-    named = [words[1 : count + 1] for count, words in zip(corners.tolist(), rows, strict=True)]
-    indices = np.array(_numbers(path, named, lines, _whole), np.int64)
+    corners, there = _numbers(path, [words[:1] for words in rows], lines, int), _lengths(rows) - 1
+    bad = (corners < 3) | (corners > there)
+    if bad.any():
+        row = int(np.argmax(bad))
+        reason = f"a face of {counted(int(corners[row]), 'corner')}"
+        reason += "; wanted 3 or more" if corners[row] < 3 else f" has {there[row]} of them"
+        raise file_error(path, reason, f"line {lines[row]}")
+    if (corners < there).any():
+        rows = [words[: count + 1] for count, words in zip(corners.tolist(), rows, strict=True)]
     offsets = np.concatenate([[0], np.cumsum(corners)]).astype(np.int64)
+    indices = np.delete(_numbers(path, rows, lines, int), offsets[:-1] + np.arange(len(corners)))
     bad = (indices < 0) | (indices >= vertices)
     if bad.any():
         at = int(np.argmax(bad))
@@ -116,16 +121,19 @@ def _faces(path, vertices, rows, lines):
 
 def _colors_of_faces(path, mesh, rows, lines):
     """(f, 3) linear reflectance of faces, where one has a colour behind its corners; or None."""
-    behind = [words[count + 1 :] for count, words in zip(np.diff(mesh.offsets), rows, strict=True)]
-    has = np.array([len(words) in _COLORS for words in behind], bool)
-    other = sum(bool(words) for words in behind) - np.count_nonzero(has)
+    more = _lengths(rows) - np.diff(mesh.offsets) - 1
+    if not more.any():
+        return None
+    behind = [words[len(words) - count :] for count, words in zip(more.tolist(), rows, strict=True)]
+    has = np.isin(more, _COLORS)
+    other = np.count_nonzero(more) - np.count_nonzero(has)
     if other:
         what = "numbers behind its corners that are no colour" if other == 1 else "numbers that are no colours"
         warn(f"{path}: {counted(other, 'face')} with {what} (3 or 4): they are left out")
     if not has.any():
         return None
     colored, lines = ([one for one, colored in zip(every, has, strict=True) if colored] for every in (behind, lines))
-    found = _reflectance(path, [words[:3] for words in colored], "face", lines)
+    found = _reflectance(path, colored, "face", lines)
     if found is None:
         return None
     out = np.array(mesh.face_reflectance())
@@ -134,16 +142,24 @@ def _colors_of_faces(path, mesh, rows, lines):
 
 
 def _reflectance(path, rows, element, lines):
-    kind = "uchar" if all(word.isdigit() for words in rows for word in words) else "float"
-    colors = np.array(_numbers(path, rows, lines, float)).reshape(-1, 3)
-    return reflectance_in_file(path, colors, kind, element)
+    """(n, 3), linear, of rows of three numbers and maybe alpha; or None."""
+    colors = _numbers(path, [words[:3] for words in rows], lines, float).reshape(-1, 3)
+    whole = np.array([b"".join(words).isdigit() for words in rows])
+    of_255 = any(float(word) > 1.0 for words, is_whole in zip(rows, whole, strict=True) if is_whole for word in words)
+    if of_255 and not whole.all() and white_of_colors(colors[~whole], "float") == 1.0:
+        colors[whole] /= 255.0
+    return reflectance_in_file(path, colors, "uchar" if of_255 and whole.all() else "float", element)
+
+
+def _lengths(rows):
+    return np.fromiter(map(len, rows), np.int64, len(rows))
 
 
 def _numbers(path, rows, lines, kind):
-    """The words of all rows as numbers."""
+    """The words of all rows as one array of numbers."""
     try:
-        return [kind(word) for word in chain.from_iterable(rows)]
-    except ValueError:
+        return _array(kind, chain.from_iterable(rows))
+    except (ValueError, OverflowError):
         line, word = next(
             (line, word) for line, words in zip(lines, rows, strict=False) for word in words if not _is(kind, word)
         )
@@ -153,13 +169,12 @@ def _numbers(path, rows, lines, kind):
 
 def _is(kind, word):
     try:
-        kind(word)
-    except ValueError:
+        _array(kind, [word])
+    except (ValueError, OverflowError):
         return False
     return True
 
 
-def _whole(word):
-    if len(word) > _DIGITS:
-        raise ValueError
-    return int(word)
+def _array(kind, words):
+    """Of float64 or int64; raises OverflowError where that has too few bits."""
+    return np.fromiter(map(kind, words), {int: np.int64, float: np.float64}[kind])

@@ -4,7 +4,9 @@ import os
 
 import numpy as np
 
+from surflux._base.check import counted
 from surflux._base.color import WHITE
+from surflux._base.warn import warn
 from surflux.meshes.obj_textures import Words, paint
 from surflux.meshes.textures import NO_PLACE, TexturedFaces
 
@@ -26,7 +28,13 @@ def with_textures(path, mesh, ply):
     if not names or not faces:
         return mesh
     which = ply["columns"]["face"].get("texnumber")
-    which = np.zeros(faces, np.int64) if which is None else np.where(which >= 0, which, len(names)).astype(np.int64)
+    which = np.zeros(faces) if which is None else which
+    beyond = which >= len(names)
+    if beyond.any():
+        there = f"texnumber {which[np.argmax(beyond)]:.0f} of {counted(len(names), 'texture')}, numbered from 0"
+        has = "has" if np.count_nonzero(beyond) == 1 else "have"
+        warn(f"{path}: {counted(np.count_nonzero(beyond), 'face')} {has} {there}; {_WORDS.without} there")
+    which = np.where((which >= 0) & ~beyond, which, len(names)).astype(np.int64)
     used = np.isin(np.arange(len(names)), which)
     materials = [
         {b"newmtl": name, b"map_kd": ((path, 0), [name])} if has_faces else None

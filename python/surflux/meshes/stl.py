@@ -13,7 +13,8 @@ _HEADER = 84  # bytes: a comment of 80 and the number of triangles
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _FLAG = 0x8000  # of an attribute: VisCAM has a colour there, Magics that of the object
 _END = 1000  # bytes at the end of a text, among which endsolid is
-_NAMES = re.compile(rb"(?im)^\s*(?:end)?solid\b.*$")
+# solid and endsolid with names, which go on to the end of the line, or to a facet in it.
+_NAMES = re.compile(rb"(?i)\b(?:end)?solid\b(?:(?!\bfacet\s+normal(?:\s+\S+){3}\s+outer\b).)*")
 _FACET = re.compile(rb"(?i)\bfacet\b")
 _CORNER = re.compile(rb"(?i)\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux.meshes.face_colors import colors_of_patches
 from surflux.meshes.fans import cut_along_fans
+from surflux.meshes.foreign_meshes import Mesh
 from surflux.meshes.reading import read_mesh
 
 TRAPEZOID = [(0, 0), (2, 0), (1.5, 1), (0.5, 1)]
@@ -79,6 +81,19 @@ def test_faces_have_the_mean_of_their_vertices_by_area(tmp_path, corners):
         assert total(s, "reflectance") / s.areas.sum() == pytest.approx(wanted, rel=1e-6)
         s = sf.Surfels.from_mesh(shaded(tmp_path, corners, "emission"), area)
         assert total(s, "emission") / s.areas.sum() == pytest.approx(wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize(("count", "tolerance"), [(60, 1e-9), (800, 0.02)])
+def test_polygons_of_many_corners_have_their_colors(count, tolerance):
+    """All triangles were cut along all lines of the fan: time went by the third power of the corners, for minutes."""
+    angle = np.arange(count) * 2 * np.pi / count
+    vertices = np.stack([np.cos(angle), 0.5 * np.sin(angle), 0 * angle], axis=1)
+    shades = np.repeat(0.5 + 0.4 * np.cos(angle)[:, None], 3, axis=1)
+    mesh = Mesh(vertices, np.array([0, count]), np.arange(count), shades)
+    triangles = np.stack([np.roll(vertices, -1, axis=0), np.zeros((count, 3)), vertices], axis=1)
+    at = np.zeros(count, int)
+    (found,), _ = colors_of_patches(mesh, at[:1], at, triangles)
+    np.testing.assert_allclose(found, mesh.face_reflectance()[0], rtol=tolerance)
 
 
 def test_the_mean_beyond_a_concave_corner_is_one_of_its_colours(tmp_path):

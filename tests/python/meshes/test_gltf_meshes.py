@@ -120,6 +120,38 @@ def test_nodes_turn_scale_and_mirror(tmp_path):
     assert (normals(mesh)[:, 2] > 0.0).all()
 
 
+@pytest.mark.parametrize("length", [1e-200, 0.1, 1.0, 5.0, 1e200])
+def test_rotations_of_any_length_turn(tmp_path, length):
+    """They were refused below .5 and above 2."""
+    square = Square()
+    square.header["nodes"] = [{"mesh": 0, "rotation": [0, 0, length, length]}]
+    mesh = read_mesh(square.save(tmp_path / "a.gltf"))
+    np.testing.assert_allclose(mesh.vertices, [[0, 0, 0], [0, 1, 0], [-1, 1, 0], [-1, 0, 0]], atol=1e-12)
+
+
+def test_matrices_have_a_last_row_up_to_rounding(tmp_path):
+    """Those of programs that multiply floats were refused."""
+    square = Square()
+    matrix = np.diag([2.0, 2.0, 2.0, 1.0000001])
+    matrix[3, :3] = [1e-7, -3e-8, 0]
+    square.header["nodes"] = [{"mesh": 0, "matrix": matrix.T.ravel().tolist()}]
+    np.testing.assert_array_equal(read_mesh(square.save(tmp_path / "a.gltf")).vertices, 2.0 * SQUARE)
+
+
+@pytest.mark.parametrize(
+    ("node", "reason"),
+    [
+        ({"rotation": [0, 0, 0, 0]}, "the rotation of a node is 0 0 0 0; wanted a unit quaternion"),
+        ({"matrix": [*np.eye(4).ravel()[:3], 0.1, *np.eye(4).ravel()[4:]]}, "the matrix of a node is no translation, "),
+    ],
+)
+def test_nodes_that_stand_nowhere_are_refused(tmp_path, node, reason):
+    square = Square()
+    square.header["nodes"][0] |= node
+    with pytest.raises(sf.FileError, match=rf"a\.gltf: no glTF of meshes: {reason}"):
+        read_mesh(square.save(tmp_path / "a.gltf"))
+
+
 REQUIRED = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing", "FOO_bar"]
 
 
@@ -147,10 +179,20 @@ def test_what_changes_faces_and_is_not_read_is_told(tmp_path, node, said):
         assert areas(read_mesh(square.save(tmp_path / "a.gltf"))).sum() == 1.0
 
 
+def test_what_is_below_a_hidden_node_is_told(tmp_path):
+    square = Square()
+    hidden = {"children": [1], "extensions": {"KHR_node_visibility": {"visible": False}}}
+    square.header["nodes"] = [hidden, {"mesh": 0}]
+    with pytest.warns(UserWarning, match=r"a\.gltf: KHR_node_visibility is not read"):
+        read_mesh(square.save(tmp_path / "a.gltf"))
+
+
 @pytest.mark.filterwarnings("error")
-def test_weights_of_0_change_nothing(tmp_path):
+@pytest.mark.parametrize("visibility", [{}, {"visible": True}])
+def test_what_changes_nothing_is_not_told(tmp_path, visibility):
     square = Square()
     square.header["meshes"][0]["weights"] = [0.0, 0.0]
+    square.header["nodes"][0]["extensions"] = {"KHR_node_visibility": visibility}
     read_mesh(square.save(tmp_path / "a.gltf"))
 
 

@@ -34,6 +34,9 @@ def test_concave_polygons_are_whole(tmp_path, first):
         ("COFF", " 255 0 51", [1, 0, 0.2]),
         ("COFF", " 1. 0 .2 1", [1, 0, 0.2]),
         ("COFF", " 1 1 1 255", [1 / 255, 1 / 255, 1 / 255]),
+        ("COFF", " 0 0 1 1", [0, 0, 1]),
+        ("COFF", " 0 0 1", [0, 0, 1]),
+        ("STCOFF", " 0 1 1 1 25 75", [0, 1, 1]),
         ("COFF", " 255.0 0 51.0 255.0", [1, 0, 0.2]),
         ("CNOFF", " 0 0 1 1.0 0.0 0.2 1.0", [1, 0, 0.2]),
         ("STCNOFF", " 0 0 1 255 0 51 255 .25 .75", [1, 0, 0.2]),
@@ -58,6 +61,24 @@ def test_colors_of_faces(tmp_path, red):
     np.testing.assert_allclose(found, [[0.98, 0, 0], [0.5] * 3], rtol=1e-6)
     found = read_mesh(off(tmp_path, SQUARE, faces, "COFF", " 0 255 0 255")).face_reflectance()
     np.testing.assert_allclose(found, [[0.98, 0, 0], [0, 0.98, 0]], rtol=1e-6)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("reds", "wanted"),
+    [
+        (["255 0 0", ".5 0 0"], [1, 0.5]),
+        (["1 0 0 255", "1. 0 0 .5"], [1 / 255, 1]),
+        (["1 0 0", ".5 0 0"], [1, 0.5]),  # fractions of a program that writes no point behind 1
+        (["255 0 0", "127.5 0 0"], [1, 0.5]),
+        (["1 0 0 1", "0 0 0 1"], [1, 0]),
+    ],
+)
+def test_faces_of_both_kinds(tmp_path, reds, wanted):
+    """Beside whole numbers fractions were black, and those that are 0 and 1 alone, too."""
+    found = read_mesh(off(tmp_path, SQUARE, [f"3 0 1 2 {red}" for red in reds])).face_reflectance()
+    np.testing.assert_allclose(found[:, 0], 0.98 * srgb_to_linear(np.array(wanted)), rtol=1e-6)
+    np.testing.assert_array_equal(found[:, 1:], 0.0)
 
 
 @pytest.mark.parametrize("text", ["OFF4 1 0", "OFF 4 1", "# of a tool\n\n\t OFF # text\n 4 1 0 # and counts"])
@@ -103,6 +124,8 @@ HEAD = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
         (HEAD + "3 0 1 2\n3 0 1\n", " (line 8): a face of 3 corners has 2 of them"),
         (HEAD + "3 0 1 2\n2 0 1\n", " (line 8): a face of 2 corners; wanted 3 or more"),
         (HEAD + "3 0 1 2.5\n3 0 1 2\n", " (line 7): '2.5' is no whole number"),
+        (HEAD + f"3 0 1 2\n3 0 1 {10**19}\n", f" (line 8): '{10**19}' is no whole number"),
+        (HEAD + f"3 0 1 2\n{10**19} 0 1 2\n", f" (line 8): '{10**19}' is no whole number"),
         (HEAD + "3 0 1 2 red 0 0\n3 0 1 2\n", " (line 7): 'red' is no number"),
         ("OFF\nfour 2 0\n", " (line 2): wanted the numbers of its vertices and faces, got 'four 2 0'"),
         ("OFF\n", ": wanted the numbers of its vertices and faces, got nothing"),

@@ -65,6 +65,17 @@ def test_faces_say_which_texture_is_theirs(two_colors):
     np.testing.assert_allclose(found, [[0, 0.98, 0], RIGHT, [0.5] * 3, [0.5] * 3], rtol=1e-6, atol=1e-12)
 
 
+def test_numbers_of_textures_that_are_not_named_are_told(two_colors):
+    """Such faces were grey, without a word."""
+    faces = [f"{face} {number}" for face, number in zip((*FACES, FACES[0]), (7, 0, -1), strict=True)]
+    path = ply(two_colors, SQUARE, faces, of_faces=TEXCOORD + ", int texnumber")
+    said = "1 face has texnumber 7 of 1 texture, numbered from 0; colours of faces or vertices count there"
+    with pytest.warns(UserWarning, match=said) as told:
+        found = read_mesh(path).face_reflectance()
+    assert len(told) == 1
+    np.testing.assert_allclose(found, [[0.5] * 3, RIGHT, [0.5] * 3], rtol=1e-6, atol=1e-12)
+
+
 @pytest.mark.parametrize("face", ["4 0 1 2 3 6 0 0 1 0 1 1", "4 0 1 2 3 0", "4 0 1 2 3 8 0 0 1 0 1 1 0 nan"])
 def test_faces_without_places_are_told(two_colors, face):
     path = ply(two_colors, SQUARE, [face, FACES[1]], of_faces=TEXCOORD)

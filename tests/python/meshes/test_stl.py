@@ -106,3 +106,13 @@ def test_solids_of_a_text_are_one_mesh(tmp_path, newline):
     path.write_bytes(text.replace("\n", newline).encode())
     mesh = read_mesh(path)
     np.testing.assert_array_equal(mesh.indices, [0, 1, 2, 0, 1, 2])
+
+
+@pytest.mark.parametrize("name", ["", "x", "a solid facet normal of a vertex 1 2 3"])
+@pytest.mark.parametrize("newline", [" ", "\n"])
+def test_text_may_be_one_line(tmp_path, name, newline):
+    """The whole line was taken for a name."""
+    path = tmp_path / "a.stl"
+    solid = f"solid {name}\n{FACET.format(z=0, last='vertex 1 1 0')}endsolid {name}\n"
+    path.write_text((2 * solid).replace("\n", newline))
+    np.testing.assert_array_equal(read_mesh(path).indices, [0, 1, 2, 0, 1, 2])

@@ -107,6 +107,22 @@ def test_other_colours_take_the_place_of_textures(square, caplog):
     np.testing.assert_allclose(albedo, np.broadcast_to(LINEAR.mean(axis=(0, 1)), albedo.shape), atol=1e-4)
 
 
+@pytest.mark.parametrize("others", [[], ["square"], ["plain", "shining"]])
+def test_what_a_picture_was_made_of_is_pickled(square, others):
+    """The filtered textures that pictures keep have no pickle."""
+    of_name = {"square": {}, "shining": {"emission": 1.0}, "plain": {"reflectance": 0.4}}
+    plane = sf.Surfels.from_mesh(square)
+    objects = [plane, *(plane.replace(**of_name[name]).transformed(np.diag([1, -1, 1, 1])) for name in others)]
+    solution = sf.solve(sf.Scene(objects, SKY))
+    solution.render(CAMERA, (4, 4), samples=1)
+    for surfels in (*objects, solution.surfels):
+        again = pickle.loads(pickle.dumps(surfels))
+        np.testing.assert_array_equal(again.reflectance, surfels.reflectance)
+    again = pickle.loads(pickle.dumps(solution))
+    np.testing.assert_array_equal(again.radiosity, solution.radiosity)
+    assert objects[0]._faces.filtered  # as before: the next picture takes it
+
+
 def test_pages_say_that_they_have_means(square, caplog):
     painted = sf.Surfels.from_mesh(square)
     for thing, is_said in ((painted.replace(reflectance=0.4), False), (painted, True), (sf.Scene([painted]), True)):

@@ -169,7 +169,7 @@ ATTRIBUTES = ("meshes", 0, "primitives", 0, "attributes")
         (("nodes", 0, "scale"), [0, 0, 0], "a node stretches, skews or mirrors its Gaussians"),
         (("nodes", 0, "matrix"), list(range(16)), "the matrix of a node is no translation, rotation and scale"),
         (("nodes", 0, "matrix"), [1, 2], "matrix: wanted 16 finite numbers"),
-        (("nodes", 0, "rotation"), [0, 0, 0, 0], "the rotation of a node is no unit quaternion"),
+        (("nodes", 0, "rotation"), [0, 0, 0, 0], "the rotation of a node is 0 0 0 0; wanted a unit quaternion"),
         (("nodes", 0, "children"), [0], "node 0 is in the scene twice"),
         (("scene",), 1, "the index of scenes is 1; wanted a whole number from 0 to 0"),
     ],
