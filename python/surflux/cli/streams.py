@@ -1,7 +1,6 @@
 """stdout and stderr of commands, whatever the caller has made of them."""
 
 import contextlib
-import io
 import os
 import sys
 
@@ -19,8 +18,8 @@ def usable_streams(own=False):
         for name, redirected in (("stdout", contextlib.redirect_stdout), ("stderr", contextlib.redirect_stderr)):
             stream = getattr(sys, name)
             if stream is None:  # its file was closed when the process began
-                nowhere = io.TextIOWrapper(io.BytesIO(), "utf-8", "backslashreplace")
-                streams.enter_context(redirected(nowhere))
+                escaped = {"encoding": "utf-8", "errors": "backslashreplace"}
+                streams.enter_context(redirected(streams.enter_context(open(os.devnull, "w", **escaped))))
             elif getattr(stream, "errors", None) in ("strict", "surrogateescape") and hasattr(stream, "reconfigure"):
                 streams.callback(_reconfigure, stream, stream.errors)
                 stream.reconfigure(errors="backslashreplace")
