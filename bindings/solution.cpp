@@ -166,7 +166,9 @@ py::dict error_of(const CompiledScene& compiled, const Surfels& surfels, const I
     solution.direct = to_vec3s(direct, "direct");
     require(solution.parents.size() == n && solution.irradiance.size() == n && solution.direct.size() == n,
             "irradiance: wanted that of each surfel");
-    require_areas(surfels);
+    require(surfels.areas.size() == n, "areas: wanted that of each surfel");
+    for (const double area : surfels.areas)
+        require(area > 0.0 && std::isfinite(area), "areas: wanted positive numbers");
     const Progress report = to_progress(progress);
     Figures found;
     without_gil([&] {

@@ -1,5 +1,7 @@
 """Every argument of the public face refuses what it cannot take, and says its own name."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -258,6 +260,10 @@ def test_what_does_not_go_together_in_a_solve():
     assert len(solved(max_memory=64).surfels) == 4
     with pytest.raises(ValueError, match=r"^areas: surfel 2 has area 0, wanted a positive number$"):
         solved(sf.Scene([surfels(areas=[1, 1, 0, 1])]))
+    scene = sf.Scene([surfels(), surfels(areas=[1, 0, 1, 1])])
+    for refused in (solved, factors, sf.form_factor_operator, partial(sf.precompute_transfer, lighting="local")):
+        with pytest.raises(ValueError, match=r"^areas: surfel 1 of object 1 has area 0, wanted a positive number$"):
+            refused(scene)
     with pytest.raises(TypeError):
         solved(bounces=3)
 

@@ -309,7 +309,7 @@ void MeshlessRadiosity::write() {
 MeshlessSolution solve_meshless(const CompiledScene& compiled, const MeshlessOptions& options,
                                 const StageProgress& progress) {
     require(compiled.scene().surfels.size() > 0, "scene: it has no surfels");
-    require_areas(compiled.scene().surfels);
+    require_areas(compiled.scene());
     require(options.levels >= 1 && options.levels <= 10, "levels: wanted 1 to 10, got ", options.levels);
     require(options.epsilon_e > 0.0, "epsilon_e: wanted more than 0, got ", options.epsilon_e);
     require(options.epsilon_omega > 0.0, "epsilon_omega: wanted more than 0, got ", options.epsilon_omega);

@@ -113,15 +113,21 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
     // Of one row two halves say little, and nothing where neither met what is small and bright. So nodes around are
     // asked as well, in units of what each may be off by: beyond a wall light may be another.
     std::vector<double> own(count);
-    parallel_for(
-        count, 64,
-        [&](std::size_t k) { own[k] = standard_error(gathering_, cut.rows[k], system, sent) / allowed.noise[k]; },
+    const auto digest = [&] { return digest_of(sent); };
+    shared_blocks(
+        system.team(), "noise", digest, count, 64,
+        [&](std::size_t from, std::size_t to) {
+            for (std::size_t k = from; k < to; ++k)
+                own[k] = standard_error(gathering_, cut.rows[k], system, sent) / allowed.noise[k];
+        },
+        [&](std::size_t from, std::size_t to, Packed& bytes) { bytes.add(own.data() + from, to - from); },
+        [&](std::size_t from, std::size_t to, Unpacking& bytes) { bytes.take(own.data() + from, to - from); },
         progress);
     Noise out;
     out.standard_error.resize(count);
     out.rays.resize(count);
-    parallel_blocks(
-        count, 64,
+    shared_blocks(
+        system.team(), "rays wanted", digest, count, 64,
         [&](std::size_t from, std::size_t to) {
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
@@ -146,6 +152,14 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
                 // What it was given already did not help.
                 if (k < cut.rays.size() && out.rays[k] <= cut.rays[k]) out.rays[k] = 0;
             }
+        },
+        [&](std::size_t from, std::size_t to, Packed& bytes) {
+            bytes.add(out.standard_error.data() + from, to - from);
+            bytes.add(out.rays.data() + from, to - from);
+        },
+        [&](std::size_t from, std::size_t to, Unpacking& bytes) {
+            bytes.take(out.standard_error.data() + from, to - from);
+            bytes.take(out.rays.data() + from, to - from);
         },
         progress);
     return out;
@@ -209,8 +223,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
     out.refine.assign(count, 0);
     out.rays = noise.rays;
     std::vector<double> squared(count, 0.0);
-    parallel_blocks(
-        count, 64,
+    shared_blocks(
+        system.team(), "test of the cut", [&] { return digest_of(sent); }, count, 64,
         [&](std::size_t from, std::size_t to) {
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
@@ -244,6 +258,16 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 }
                 squared[k] = spread * spread + interpolation_error * interpolation_error;
             }
+        },
+        [&](std::size_t from, std::size_t to, Packed& bytes) {
+            bytes.add(out.refine.data() + from, to - from);
+            bytes.add(out.rays.data() + from, to - from);
+            bytes.add(squared.data() + from, to - from);
+        },
+        [&](std::size_t from, std::size_t to, Unpacking& bytes) {
+            bytes.take(out.refine.data() + from, to - from);
+            bytes.take(out.rays.data() + from, to - from);
+            bytes.take(squared.data() + from, to - from);
         },
         progress);
     double sum = 0.0, total = 0.0;

@@ -156,7 +156,7 @@ std::vector<double> FormFactorOperator::variance(const std::vector<double>& x) c
 FormFactorOperator form_factor_operator(const CompiledScene& compiled, const FormFactorOperatorOptions& options,
                                         const StageProgress& progress) {
     const Surfels& s = compiled.scene().surfels;
-    require_areas(s);
+    require_areas(compiled.scene());
     const double wanted = 4.0 * static_cast<double>(s.size()) * options.rays;
     require(wanted <= 0.75 * available_memory(), "rays: ", s.size(), " surfels with ", options.rays, " rays each need ",
             wanted / 1e9, " GB, and there are ", 0.75 * available_memory() / 1e9, " GB for it");

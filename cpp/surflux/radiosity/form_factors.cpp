@@ -60,7 +60,7 @@ FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions&
     const Scene& scene = compiled.scene();
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
-    require_areas(s);
+    require_areas(scene);
     const Tracer& tracer = compiled.tracer(progress ? progress("trace") : Progress{});
     const PairExchange pairs(scene, options.epsilon, options.visibility);
     const Shafts shafts(scene);

@@ -12,7 +12,8 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t least_shared_links = 1000000;  // fewer are gathered sooner than exchanged
+constexpr std::size_t least_shared_links = 1000000;
+const Team alone;
 
 }  // namespace
 
@@ -104,7 +105,7 @@ void GatheredSystem::gather(const std::vector<double>& sent, std::size_t channel
     out.resize(cut_->rows.size() * channels);
     const auto digest = [&] { return digest_of(sent); };
     shared_blocks(
-        gathering_.links() < least_shared_links ? Team{} : team_, "gathering of light", digest, cut_->rows.size(), 64,
+        team(), "gathering of light", digest, cut_->rows.size(), 64,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k)
                 gathering_.gather(cut_->rows[k], sent, channels, out.data() + k * channels);
@@ -117,6 +118,8 @@ void GatheredSystem::gather(const std::vector<double>& sent, std::size_t channel
         },
         {});
 }
+
+const Team& GatheredSystem::team() const { return gathering_.links() < least_shared_links ? alone : team_; }
 
 void GatheredSystem::drop_scaling() {
     row_scale_.clear();

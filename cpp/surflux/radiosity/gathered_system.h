@@ -68,6 +68,9 @@ public:
     // The same without the factors of senders, which end here.
     const std::vector<double>& radiosity(const std::vector<double>& x, const Progress& progress = {});
 
+    // Who shares what all rows gather: no one where they are so few that each is done sooner than told of.
+    const Team& team() const;
+
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
     Rgb value(const std::vector<double>& x, std::size_t place) const { return unpack(&x[place * channels_]); }

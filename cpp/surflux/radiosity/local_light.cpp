@@ -10,7 +10,7 @@ namespace surflux {
 std::vector<double> local_light(const SurfelTree& tree, const Gathering& gathering, const Cut& cut,
                                 const GatheredSystem& system, const std::vector<double>& values, double least,
                                 const Progress& progress) {
-    // Logarithms of the mean irradiance of all nodes of the tree.
+    // Of all nodes of the tree: the mean irradiance, and then its logarithm.
     std::vector<double> light(tree.size(), 0.0);
     const auto of_leaf = [&](std::size_t k) {
         const auto p = static_cast<std::uint32_t>(k);
@@ -18,19 +18,25 @@ std::vector<double> local_light(const SurfelTree& tree, const Gathering& gatheri
     };
     parallel_for(tree.points(), 1024, of_leaf, progress);
     tree.pull_up(light, 1);
+    const auto take_logarithm = [&](std::size_t k) { light[k] = std::log(std::max(least, light[k])); };
+    parallel_for(tree.size(), 4096, take_logarithm, progress);
     std::vector<double> out(cut.rows.size());
-    const auto of_node = [&](std::size_t k) {
-        const std::uint32_t row = cut.rows[k];
+    const auto at_node = [&](std::size_t k) {
         double sum = 0.0, seen = 0.0;
-        gathering.for_senders(row, [&](std::uint32_t sender, double share) {
-            sum += share * std::log(std::max(least, light[sender]));
+        gathering.for_senders(cut.rows[k], [&](std::uint32_t sender, double share) {
+            sum += share * light[sender];
             seen += share;
         });
-        const double open = std::max(0.0, 1.0 - seen);
-        sum += open * std::log(std::max(least, light[cut.nodes[k]]));
-        out[k] = std::exp(sum);
+        return std::exp(sum + std::max(0.0, 1.0 - seen) * light[cut.nodes[k]]);
     };
-    parallel_for(out.size(), 64, of_node, progress);
+    shared_blocks(
+        system.team(), "local light", [&] { return digest_of(light); }, out.size(), 64,
+        [&](std::size_t from, std::size_t to) {
+            for (std::size_t k = from; k < to; ++k) out[k] = at_node(k);
+        },
+        [&](std::size_t from, std::size_t to, Packed& bytes) { bytes.add(out.data() + from, to - from); },
+        [&](std::size_t from, std::size_t to, Unpacking& bytes) { bytes.take(out.data() + from, to - from); },
+        progress);
     return out;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "surflux/core/gauss_legendre.h"
 #include "surflux/core/sampling.h"
@@ -17,7 +18,8 @@ namespace {
 constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
 // The circle in a square of the disk's area: what is farther out may lie behind a wall that the disk adjoins.
 constexpr double within_cell = 0.886;
-constexpr double float_over_double = 0x1p-29;  // how much less doubles round off
+// Contact distances within which rays take a surface for the one that they leave; doubles round off so much less.
+constexpr double taken_for_own = 2.0, float_over_double = taken_for_own * 0x1p-29;
 // Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to
 // 2e-8.
 constexpr int touching_points = 12, apart_points = 6;
@@ -29,7 +31,7 @@ PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays)
       epsilon_(epsilon),
       points_(scene.surfels),
       distances_(scene.surfels),
-      touch_(by_rays ? 1.0 : float_over_double),
+      touch_(by_rays ? taken_for_own : float_over_double),
       backs_(find_coincident(scene).twin),
       counted_(scene.surfels.size(), 1.0),
       extent_(scene.surfels.size()) {
@@ -168,8 +170,10 @@ double PairExchange::between_nodes(std::uint32_t i, std::uint32_t j) const {
     return s.areas[i] * s.areas[j] * sum;
 }
 
-// G_ij of two patches: what of each lies in front of the other.
+// G_ij of two patches: what of each lies in front of the other. The numerical one of the integrals runs along the edges
+// of the smaller patch: along longer ones its points would step over it.
 double PairExchange::between_polygons(std::uint32_t i, std::uint32_t j, int count, Grading grading) const {
+    if (extent_[i] > extent_[j]) std::swap(i, j);
     const Surfels& s = scene_.surfels;
     thread_local std::vector<Polygon> front;
     front.resize(polygons_[j].size());

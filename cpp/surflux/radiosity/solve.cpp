@@ -16,7 +16,7 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
     const Scene& scene = compiled.scene();
     const std::size_t n = scene.surfels.size();
     require(n > 0, "scene: it has no surfels");
-    require_areas(scene.surfels);
+    require_areas(scene);
     require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance: wanted in (0, 1), got ", options.tolerance);
     require(options.rays >= 16 && options.rays <= 65535, "rays: wanted 16 to 65535, got ", options.rays);
     require(options.zeta > 0.0, "zeta: wanted more than 0, got ", options.zeta);

@@ -21,6 +21,7 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
     levels_.push_back(0);
     for (const Hierarchy::Level& level : hierarchy.levels) {
         for (std::uint32_t g = 0; g < level.size(); ++g) {
+            report_some(progress, g, surfels_, 1 << 18);
             const auto first = static_cast<std::uint32_t>(members_.size());
             for (std::uint32_t m = level.first[g]; m < level.first[g + 1]; ++m) {
                 const std::uint32_t member = level.members[m];
@@ -34,7 +35,6 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
                                level.areas[g], level.radii[g]});
             group_of_group_.push_back(none);
         }
-        report(progress, 0, surfels_);
         below = here;
         here += static_cast<std::uint32_t>(level.size());
         levels_.push_back(here - first_group_);

@@ -16,6 +16,19 @@ void add(std::vector<T>& to, const std::vector<T>& from) {
 
 }  // namespace
 
+void require_areas(const Scene& scene) {
+    const std::vector<double>& areas = scene.surfels.areas;
+    require(areas.size() == scene.surfels.size(), "scene: its surfels have no areas yet");
+    const auto is_wrong = [](double area) { return !(area > 0.0 && std::isfinite(area)); };
+    const auto wrong = std::find_if(areas.begin(), areas.end(), is_wrong);
+    if (wrong == areas.end()) return;
+    const std::uint32_t object = scene.object[static_cast<std::size_t>(wrong - areas.begin())];
+    const auto first = std::lower_bound(scene.object.begin(), scene.object.end(), object) - scene.object.begin();
+    throw ArgumentError(message("areas: surfel ", wrong - areas.begin() - first,
+                                scene.object.back() > 0 ? message(" of object ", object) : std::string(), " has area ",
+                                *wrong, ", wanted a positive number"));
+}
+
 void append(Scene& scene, const Surfels& surfels) {
     Surfels& all = scene.surfels;
     const auto first = static_cast<std::uint32_t>(all.size());

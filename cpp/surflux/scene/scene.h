@@ -36,6 +36,9 @@ struct Scene {
 // May disks i and j stand for the same surface: of one object, or within the spread of their heights?
 bool same_surface(const Scene& scene, std::uint32_t i, std::uint32_t j);
 
+// Throws ArgumentError where areas are missing, or one is not a positive number.
+void require_areas(const Scene& scene);
+
 // Appends the surfels as a new object. Areas must be given for all objects or for none.
 void append(Scene& scene, const Surfels& surfels);
 

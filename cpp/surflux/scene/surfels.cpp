@@ -76,13 +76,6 @@ bool is_grey(const std::vector<Rgb>& values) {
 
 bool is_grey(const Colors& values) { return is_grey(values.palette()); }
 
-void require_areas(const Surfels& surfels) {
-    require(surfels.areas.size() == surfels.size(), "scene: its surfels have no areas yet");
-    for (std::size_t i = 0; i < surfels.size(); ++i)
-        require(surfels.areas[i] > 0.0 && std::isfinite(surfels.areas[i]), "areas: surfel ", i, " has area ",
-                surfels.areas[i], ", wanted a positive number");
-}
-
 Box bounds_of(const Surfels& surfels) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     Box box{{inf, inf, inf}, {-inf, -inf, -inf}};

@@ -68,9 +68,6 @@ Surfels two_sided(const Surfels& surfels);
 bool is_grey(const std::vector<Rgb>& values);
 bool is_grey(const Colors& values);
 
-// Throws ArgumentError where areas are missing, or one is not a positive number.
-void require_areas(const Surfels& surfels);
-
 struct Box {
     Vec3 low, high;
 };

@@ -385,6 +385,7 @@ private:
 
 TransportOperator build_operator(const CompiledScene& compiled, const OperatorOptions& options,
                                  const StageProgress& progress, Figures& timings) {
+    require_areas(compiled.scene());
     return OperatorBuilder(compiled, options, progress, timings).run();
 }
 

@@ -19,7 +19,9 @@ def shut_off(scene):
     all_normals = np.concatenate([o.normals for o in scene.objects])
     found, first = [], 0
     for which, of in enumerate(scene.objects):
-        disks = np.setdiff1d(np.arange(len(of)), of.triangle_surfel)
+        is_disk = np.ones(len(of), bool)
+        is_disk[of.triangle_surfel] = False
+        disks = np.flatnonzero(is_disk)
         every = -(-len(disks) // _ASKED) if len(disks) else 1
         asked = disks[::every]
         points, normals, radii = of.points[asked], of.normals[asked], of.radii[asked]

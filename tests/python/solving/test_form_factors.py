@@ -1,5 +1,8 @@
 """Form factors against closed forms, and what every exchange must keep: reciprocity and closed rows."""
 
+import itertools
+import warnings
+
 import numpy as np
 import pytest
 
@@ -131,8 +134,8 @@ def test_a_partition_is_one_sheet_whatever_makes_it(sheet):
     # By quadrature of the closed form from each point of the low square: .104235.
     assert factors[:n, n : 2 * n].sum() / n == pytest.approx(0.104235, abs=1e-4)
     free = sf.form_factors(sf.Scene([low, plates[0]]), visibility=False)[n:, :n].sum(axis=1).max()
-    assert sorted(factors[2 * n :, :n].sum(axis=1)) == pytest.approx([0.0, free], abs=1e-6)
-    assert rest[2 * n :] == pytest.approx(1 - free, abs=1e-6)
+    assert sorted(factors[2 * n :, :n].sum(axis=1)) == pytest.approx([0.0, free], abs=1e-5)
+    assert rest[2 * n :] == pytest.approx(1 - free, abs=1e-5)
 
 
 def test_areas_have_to_be_positive():
@@ -257,3 +260,41 @@ def test_far_patches_are_as_precise_as_near_ones(far):
     # Howell, C-11: 2 / (pi x^2) (log((1 + x^2) / sqrt(1 + 2 x^2)) + ...), as a series: written out all of it cancels.
     exact = x * x / np.pi * (1 - 2 * x * x / 3)
     assert sf.form_factors(sf.Scene([low, high]))[0, 1] == pytest.approx(exact, rel=1e-9 + 2 * x**4, abs=0)
+
+
+@pytest.mark.parametrize("narrow", [0.1, 0.01])
+def test_narrow_faces_come_to_the_stated_error_in_any_order(narrow):
+    """Where the wider of two was listed first, a face a hundredth as wide as long was off by 5e-7."""
+    sliver = np.array([[0, 0, 0], [1, 0, 0], [0.4, narrow, 0]])
+    over = [[2.0, 0.5, 1.1], [-1.8, 1.0, 3.7], [2.9, 0.5, 0.6]]
+    parts = np.linspace(0, 1, 9)
+    middle = [sliver[1] + t * (sliver[2] - sliver[1]) for t in parts]
+    pieces = [[sliver[0], a, b] for a, b in itertools.pairwise(middle)]
+
+    def exchange(*triangles):
+        objects = [sf.Surfels.from_mesh((np.asarray(t), [[0, 1, 2]])) for t in triangles]
+        factors = sf.form_factors(sf.Scene(objects), visibility=False)
+        return factors @ np.ones(len(objects)), np.concatenate([o.areas for o in objects])
+
+    (over_first, areas), (sliver_first, _) = exchange(over, sliver), exchange(sliver, over)
+    of_pieces, piece_areas = exchange(*pieces, over)
+    assert over_first[0] == pytest.approx(sliver_first[1], rel=1e-9)
+    assert over_first[1] == pytest.approx(of_pieces[:-1] @ piece_areas[:-1] / areas[1], rel=1e-9)
+    assert over_first[0] == pytest.approx(of_pieces[-1], rel=1e-9)
+
+
+@pytest.mark.parametrize("gap", [7e-7, 1e-6, 1.25e-6, 1.5e-6, 3e-6])
+def test_pairs_and_rays_draw_the_line_of_hair_thin_gaps_at_one_place(gap):
+    """Between 2e-7 and 4e-7 of the scene pairs exchanged all of what rays took for the sky: .39 W/m2 of 0."""
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [3, 0, 0], [3, 3, 0], [0, 3, 0]], [[0, 1, 2, 3]]), patch_area=1.0)
+    corners = np.array([[x, y, z] for z in (gap, 1 + gap) for y in (1, 2) for x in (1, 2)], float)
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    scene = sf.Scene([floor, sf.Surfels.from_mesh((corners, faces))], [sf.Environment(1.0)])
+    under = np.flatnonzero((abs(floor.points - [1.5, 1.5, 0]) < 0.1).all(axis=1)), [9]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the gap is told
+        by_pairs, by_rays = (sf.solve(scene, transport=by, insert=False).irradiance[:, 0] for by in ("pairs", "rays"))
+        factors = sf.form_factors(scene)
+    for places in under:
+        assert by_pairs[places] == pytest.approx(by_rays[places], abs=0.02)
+        assert factors[places].sum() == pytest.approx(1.0 if gap > 2e-6 else 0.0, abs=1e-5)
