@@ -2,14 +2,17 @@
 
 Processor seconds and not seconds on the clock: processes on one machine share its cores, those of a cluster do not.
 They count from when a process has imported surflux, what it takes to unpack messages included. "Replicated" is what
-Amdahl's law makes of them: the share of the work that every process does by itself.
+Amdahl's law makes of them: the share of the work that every process does by itself. Where there are cores enough, also
+the seconds on the clock, beside those of as many threads in one process.
 """
 
+import os
 import resource
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 
@@ -29,7 +32,8 @@ NETWORK = 10e9  # bits a second
 class Row:
     """seconds: of the processor, in the busiest process; efficiency: 1 where each of n processes takes an nth of what
     one alone takes. replicated: None of one process. megabytes: of all exchanges, which each process receives, None
-    where it was not told. gigabytes: peak of the largest process, None where Linux does not tell.
+    where it was not told. gigabytes: peak of the largest process, None where Linux does not tell. clock, by_threads: on
+    the clock, of the processes and of as many threads in one, None where there are fewer cores.
     """
 
     what: str
@@ -43,6 +47,8 @@ class Row:
     megabytes: float | None
     gigabytes: float | None
     passes: bool  # the bits are those of this process alone
+    clock: float | None = None
+    by_threads: float | None = None
 
 
 def why_not():
@@ -65,10 +71,10 @@ def of_solve(scene, sizes, **knobs):
     """Rows of sizes of a cluster on this machine, which starts for each anew."""
     what = ", ".join(["`solve`", scene.name or "the scene", *(f"`{name}={value}`" for name, value in knobs.items())])
 
-    def solved(client, folder):
-        return sf.solve(scene, **knobs, checkpoint=folder, cluster=client).irradiance
+    def solved(client=None, folder=None, threads=None):
+        return sf.solve(scene, **knobs, checkpoint=folder, cluster=client, threads=threads).irradiance
 
-    return _rows(what, sum(len(s) for s in scene.objects), sizes, solved, sf.solve(scene, **knobs).irradiance)
+    return _rows(what, sum(len(s) for s in scene.objects), sizes, solved)
 
 
 def of_reference(scene, sizes, every, paths):
@@ -76,21 +82,26 @@ def of_reference(scene, sizes, every, paths):
     surfels = scene.surfels[::every]
     places = scene, surfels.points, surfels.normals, paths
 
-    def traced(client, folder):
-        return sf.reference_irradiance(*places, cluster=client)[0]
+    def traced(client=None, folder=None, threads=None):
+        return sf.reference_irradiance(*places, cluster=client, threads=threads)[0]
 
     what = f"`reference_irradiance`, {scene.name or 'the scene'}, {paths} paths"
-    return _rows(what, len(surfels), sizes, traced, sf.reference_irradiance(*places)[0])
+    return _rows(what, len(surfels), sizes, traced)
 
 
-def _rows(what, surfels, sizes, work, wanted):
-    """Of work(client, folder for a checkpoint), which is to give the same as `wanted`."""
-    rows = []
+def _rows(what, surfels, sizes, work):
+    """Of work(client, folder for a checkpoint), which is to give the same as work(threads=) in this process."""
+    rows, wanted = [], work(threads=1)
     for size in sizes:
         print(f"bench: {what}, processes: {size}", file=sys.stderr)
+        clock = by_threads = None
         with tempfile.TemporaryDirectory() as folder:
-            found, used, peak = in_workers(size, lambda client, folder=folder: work(client, folder))
+            found, used, peak, seconds = in_workers(size, lambda client, folder=folder: work(client, folder))
             exchanged = [file.stat().st_size for file in Path(folder).rglob("*.exchange")]
+        if size <= (os.cpu_count() or 1):
+            start = perf_counter()
+            work(threads=size)
+            clock, by_threads = seconds, perf_counter() - start
         share = (rows[0].seconds if rows else max(used)) / max(used)
         rows.append(
             Row(
@@ -105,6 +116,8 @@ def _rows(what, surfels, sizes, work, wanted):
                 sum(exchanged) / 1e6 or None,
                 None if None in peak else max(peak),
                 np.array_equal(found, wanted),
+                clock,
+                by_threads,
             )
         )
     return rows
@@ -114,7 +127,7 @@ def in_workers(size, work):
     """What work(client) gives, by workers of one thread on this machine, and what it took in each of them.
 
     Returns:
-        (its result, processor seconds of each, peak GB of each).
+        (its result, processor seconds of each, peak GB of each, seconds on the clock).
     """
     from distributed import Client, LocalCluster
 
@@ -122,10 +135,12 @@ def in_workers(size, work):
     with LocalCluster(**options) as cluster, Client(cluster) as client:
         client.run(_usage)  # imports surflux
         before = client.run(_usage)
+        start = perf_counter()
         found = work(client)
+        clock = perf_counter() - start
         after = client.run(_usage)
         used = [after[worker][0] - before[worker][0] for worker in before]
-    return found, used, [peak for _, peak in after.values()]
+    return found, used, [peak for _, peak in after.values()], clock
 
 
 def _usage():
@@ -143,14 +158,15 @@ def table(rows):
     """Markdown: a line for each pass and number of processes."""
     lines = [
         "| what | surfels | processes | s in the busiest | s in all | efficiency | replicated | exchanged, MB "
-        "| GB, largest | bits |",
-        "|---|" + "--:|" * 8 + "---|",
+        "| GB, largest | s on the clock | by as many threads | bits |",
+        "|---|" + "--:|" * 10 + "---|",
     ]
     for r in rows:
         cells = [r.what, str(r.surfels), str(r.processes), f"{r.seconds:.3g}", f"{r.seconds_in_all:.3g}"]
         cells += [f"{100 * r.efficiency:.0f} %", "" if r.replicated is None else f"{100 * r.replicated:.0f} %"]
         cells += ["" if r.megabytes is None else f"{r.megabytes:.3g}"]
         cells += ["" if r.gigabytes is None else f"{r.gigabytes:.2f}"]
+        cells += ["" if seconds is None else f"{seconds:.3g}" for seconds in (r.clock, r.by_threads)]
         lines.append(f"| {' | '.join(cells)} | {'same' if r.passes else 'OTHERS'} |")
     return "\n".join(lines)
 

@@ -23,6 +23,7 @@ def test_processes_are_measured_and_have_the_same_bits():
     rows = processes.of_solve(scene, (1, 2), transport="rays", zeta=0.05)
     assert [row.processes for row in rows] == [1, 2]
     assert all(row.passes for row in rows)
+    assert (rows[0].clock, rows[0].by_threads) > (0.0, 0.0)
     assert rows[0].exchanges == rows[1].exchanges > 5
     assert rows[1].megabytes == pytest.approx(rows[0].megabytes, rel=0.05)  # and heads, checksums
     assert 0.0 < rows[1].seconds < rows[0].seconds  # of which each takes a part
