@@ -215,8 +215,17 @@ def _film(path, fps):
             raise refused(error) from error
 
 
-# What every player shows: H.264 with colours at half the resolution.
-MP4 = {"codec": "libx264", "pixelformat": "yuv420p", "quality": 8, "macro_block_size": 2, "ffmpeg_log_level": "error"}
+# What every player shows: H.264 with colours at half the resolution, converted by BT.709, as the file says. Otherwise
+# ffmpeg takes BT.601 and says nothing, which browsers take for BT.709.
+_BT709 = "color_primaries=bt709:color_trc=iec61966-2-1:colorspace=bt709:range=tv"
+MP4 = {
+    "codec": "libx264",
+    "pixelformat": "yuv420p",
+    "quality": 8,
+    "macro_block_size": 2,
+    "ffmpeg_log_level": "error",
+    "output_params": ["-vf", f"scale=out_color_matrix=bt709:out_range=tv,setparams={_BT709}"],
+}
 
 
 def _imageio(suffix):
