@@ -87,6 +87,39 @@ def test_splats_run_into_each_other_but_not_around_edges(browser, tmp_path):
     assert row[:, 1].max() < 10  # no green on the floor
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("disks", [False, True])
+def test_splats_of_a_sheet_close_behind_do_not_shine_through(browser, tmp_path, disks):
+    """A red board at a distance of .4 radii before a blue wall: it was (180, 0, 147)."""
+    board = sf.Surfels.from_mesh((np.add(SQUARE[0], [0, 0, 0.03]), SQUARE[1]), 0.02, RED)
+    wall = sf.Surfels.from_mesh(SQUARE, 0.02, BLUE)
+    if disks:
+        x = np.linspace(-1, 1, 21)
+        rows = [[a, b, 0] for b in x for a in x]
+        wall, board = (
+            sf.Surfels(np.add(rows, [0, 0, z]), [[0, 0, 1]] * 441, radii=0.075, reflectance=color)
+            for z, color in ((0.0, BLUE), (0.06, RED))
+        )
+    image = shown(browser, tmp_path, sf.Scene([wall, board]))[100:260, 160:320]
+    assert image[..., 2].mean() < 25
+    assert image[..., 0].mean() > 225
+
+
+@pytest.mark.slow
+def test_splats_run_into_each_other_on_a_ball(browser, tmp_path):
+    """Neighbours stand a quarter of a radius below each other's planes there."""
+    turn = np.arange(100) * np.pi * (3 - 5**0.5)  # places by the golden angle
+    z = 1 - (2 * np.arange(100) + 1) / 100
+    n = np.column_stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z])
+    ball = sf.Surfels(n, n, radii=0.26, reflectance=np.random.default_rng(0).uniform(0.2, 0.8, 100))
+    hard, soft = (
+        shown(browser, tmp_path, ball, f"#panel=0&style={style}")[130:230, 190:290, 0] for style in ("disks", "splats")
+    )
+    steps = [np.percentile(np.abs(np.diff(image, axis=0)), 99.5) for image in (hard, soft)]
+    assert steps[0] > 50
+    assert steps[1] < 0.25 * steps[0]
+
+
 def lit():
     floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.1, reflectance=0.5)
     return sf.solve(sf.Scene([floor], [sf.DirectionalLight([0, 0, -1], [4.0, 2.0, 1.0])], camera=ABOVE))

@@ -54,7 +54,7 @@ def pair(**options):
 def grid(n=21, spacing=0.1, **options):
     x = spacing * (np.arange(n) - (n - 1) / 2)
     points = [[a, b, 0] for b in x for a in x]
-    return sf.Surfels(points, [[0, 0, 1]] * n**2, radii=1.1 * spacing, **options)
+    return sf.Surfels(points, [[0, 0, 1]] * n**2, **({"radii": 1.1 * spacing} | options))
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +100,20 @@ def test_splats_run_into_each_other_but_not_around_edges(window):
     wall = sf.Surfels.from_mesh(([[1, -1, 0], [1, 1, 0], [1, 1, 1], [1, -1, 1]], [[3, 2, 1, 0]]), 0.01, GREEN)
     image = shot(window(sf.Scene([floor, wall]), style="splats"))
     assert image[300, 170:448, 1].max() < 5  # no green on the floor
+
+
+def test_splats_of_a_sheet_close_behind_do_not_shine_through(window):
+    """A red board before a blue wall, a third of a radius and more away: of patches it was (169, 0, 160)."""
+    patches = [
+        sf.Surfels.from_mesh(([[x, y, z] for x, y, _ in SQUARE[0]], SQUARE[1]), 0.02, color)
+        for z, color in ((0, BLUE), (0.04, RED))
+    ]
+    floor = grid(radii=0.1, reflectance=BLUE)
+    disks = [floor, sf.Surfels(np.add(floor.points, [0, 0, 0.05]), floor.normals, radii=0.1, reflectance=RED)]
+    for thing in (patches, disks):
+        image = shot(window(sf.Scene(thing), style="splats"))[200:400, 200:400]
+        assert image[..., 2].mean() < 15
+        assert image[..., 0].mean() > 225
 
 
 def test_patches_are_polygons(window):
