@@ -190,7 +190,10 @@ class SceneView:
             self.draw("inserted", dots, color=INSERTED, culling="back")
 
     def solve_again(self, zeta, progress=True):
-        """Solves the scene with another zeta and shows that; takes as long as solving takes."""
+        """Solves the scene with another zeta and shows that; takes as long as solving takes.
+
+        What the new solution has nothing of, such as levels where nothing was inserted, gives way to radiosity.
+        """
         from surflux.solving.radiosity import solve
 
         solution = solve(self.subject.scene, zeta=zeta, progress=progress)
@@ -200,7 +203,10 @@ class SceneView:
         marked, camera = self.marked, self.camera()
         self.pick(None)
         self.mark_inserted(False)
-        self._take(type(self.subject)(solution))
+        self._take(self.subject.solved_again(solution))
+        if self.color not in (*names_of(self.subject), "emission"):
+            self.note += f"\nthat has no {self.color}: radiosity is shown"
+            self.color = "radiosity"
         self.plotter.remove_actor("surfels", render=False)
         self.redraw()
         self.frame(camera)  # inserted surfels may have moved the origin

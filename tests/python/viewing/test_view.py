@@ -295,6 +295,32 @@ def test_another_zeta_is_a_new_solution(window):
     assert not window(sf.Scene([floor])).can_solve()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("color", ["mine", "level", "parent"])
+def test_another_zeta_keeps_arrays_of_others_and_shows_what_there_is(window, color):
+    floor = sf.Surfels.from_mesh(SQUARE, 0.02, 0.5)
+    wall = sf.Surfels.from_mesh(([[0, -1, 0], [0, 1, 0], [0, 1, 1], [0, -1, 1]], [[3, 2, 1, 0]]), 0.02, 0.5)
+    scene = sf.Scene([floor, wall], [sf.AreaLight([-0.8, -0.2, 1.5], [0, 0.4, 0], [0.4, 0, 0], 30.0)], camera=ABOVE)
+    fine = sf.solve(scene, transport="rays", zeta=0.02, threads=1)
+    scene.solve_options = {"transport": "rays", "insert": False}
+    mine, cubes = fine.surfels.points[:, 0] * 1.0, fine.surfels.points**3
+    view = window(fine, color=color, values={"mine": mine, "cubes": cubes})
+    assert view.subject.inserted().any()
+    view.solve_again(0.5, progress=False)
+    after = view.subject
+    assert not after.inserted().any()
+    assert view.color == ("mine" if color == "mine" else "radiosity")
+    assert (f"that has no {color}: radiosity is shown" in caption(view, view.shown())) == (color != "mine")
+    assert "surfels" in view.plotter.actors
+    # The mean of x over its parts is a patch's own.
+    np.testing.assert_allclose(after.values["mine"], after.surfels.points[:, 0], atol=1e-3)
+    assert after.values["cubes"].shape == (len(after), 3)
+    scene.solve_options = {"transport": "rays"}
+    view.solve_again(0.02, progress=False)  # parts have what was given for them at first
+    assert len(view.subject) == len(fine.surfels)
+    np.testing.assert_array_equal(view.subject.values["mine"], mine)
+
+
 WRONG = [
     ({"color": "light"}, r"^color: wanted one of 'reflectance', 'normal', 'radius', .*, got 'light'$"),
     ({"style": "cubes"}, r"^style: wanted one of 'disks', 'splats', 'points', got 'cubes'$"),
