@@ -231,6 +231,20 @@ def test_a_click_tells_the_values_of_a_surfel(browser, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_click_tells_positions_to_a_thousandth_of_the_radius(browser, tmp_path):
+    """Northings of a survey had six digits: they were rounded to 10 m."""
+    place = np.array([512345.67812, 5412345.67834, 312.51256])
+    s = sf.Surfels(np.add(place, [[0, 0, 0], [1.0, 0.37, 0]]), [[0, 0, 1]] * 2, radii=0.2)
+    camera = sf.Camera(np.add(place, [0, 0, 4]), place, up=(0, 1, 0), fov=ABOVE.fov)
+    shown(browser, tmp_path, s, camera=camera)
+    for k, at_pixel in enumerate([(240, 180), (240 + 90, 180 - 33)]):
+        browser.settled(lambda at_pixel=at_pixel: browser.click(*at_pixel))
+        words = browser.run("document.getElementById('values').textContent").split("\n")
+        (said,) = (line.split()[1:] for line in words if line.startswith("position"))
+        np.testing.assert_allclose([float(v) for v in said], s.points[k], rtol=0, atol=2e-4)
+
+
+@pytest.mark.slow
 def test_keys_change_what_is_seen(browser, tmp_path):
     shown(browser, tmp_path, lit(), camera=ABOVE)
     browser.settled(lambda: browser.key("c"))

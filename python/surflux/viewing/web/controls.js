@@ -108,11 +108,12 @@ function start() {
     const k = look.marked;
     find("values").style.display = k < 0 ? "none" : "block";
     if (k < 0) return;
-    const place = scene.places.subarray(4 * k, 4 * k + 3);
+    const [x, y, z, radius] = scene.places.subarray(4 * k, 4 * k + 4);
+    const decimals = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(radius)))); // of a thousandth of the radius
     const lines = [
       `${k < scene.surfels ? "surfel" : "lamp"} ${scene.indices[k]}`,
-      `position     ${numbers(Array.from(place, (v, c) => v + scene.origin[c]))}`,
-      `radius       ${numbers([scene.places[4 * k + 3]])}`,
+      `position     ${[x, y, z].map((v, c) => (v + scene.origin[c]).toFixed(decimals)).join("  ")}`,
+      `radius       ${numbers([radius])}`,
     ];
     for (const { kind, name, turns, data, white } of scene.colors) {
       if (kind !== "light") continue;
