@@ -38,7 +38,7 @@ def values_of(subject, picked, links):
         lines.append(f"inserted for surfel {solution.parents[i]}")
     lines += [
         "",
-        f"position    {' '.join(f'{x:.{decimals(s.radii[i])}f}' for x in s.points[i])}",
+        f"position    {' '.join(f'{x:z.{decimals(s.radii[i])}f}' for x in s.points[i])}",
         f"normal      {_numbers(s.normals[i], 3)}",
         f"radius      {s.radii[i]:.5g}",
     ]

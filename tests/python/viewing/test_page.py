@@ -244,6 +244,61 @@ def test_a_click_tells_positions_to_a_thousandth_of_the_radius(browser, tmp_path
         np.testing.assert_allclose([float(v) for v in said], s.points[k], rtol=0, atol=2e-4)
 
 
+def told(browser):
+    """What the page tells of the surfel that was clicked, by name."""
+    words = browser.run("document.getElementById('values').textContent").split("\n")
+    return {line.split()[0]: line.split()[1:] for line in words}
+
+
+@pytest.mark.slow
+def test_a_lamp_tells_what_it_sends_alone(browser, tmp_path):
+    """It was said to receive what it sends, and to have 1 of the arrays of others."""
+    floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.1)
+    lamp = sf.AreaLight([-0.25, -0.25, 0.5], [0.5, 0, 0], [0, 0.5, 0], [20, 10, 5])  # shines up
+    solution = sf.solve(sf.Scene([floor], [lamp]), insert=False)
+    values = {"mine": np.full((len(floor), 3), 1.0), "number": np.arange(len(floor))}
+    colors = ["radiosity", "irradiance", "direct", "indirect", "mine", "number"]
+    shown(browser, tmp_path, solution, colors=colors, values=values)
+    browser.settled(lambda: browser.click(240, 180))
+    said = told(browser)
+    assert [*said] == ["lamp", "position", "radius", "radiosity"]
+    assert [float(v) for v in said["radiosity"]] == pytest.approx([20, 10, 5], rel=4e-3)
+    assert said["position"] == ["0.0000", "0.0000", "0.5000"]
+    browser.settled(lambda: browser.click(240 + 80, 180))
+    assert [*told(browser)][3:] == colors
+
+
+@pytest.mark.slow
+def test_numbers_have_a_scale_and_are_told(browser, tmp_path):
+    floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.01)
+    kelvins, seconds = np.linspace(293.15, 293.45, len(floor)), 1.7e9 + np.arange(len(floor))
+    seconds[-1] = np.nan
+    values = {"kelvins": kelvins, "few": np.where(kelvins > 293.3, 2.0, 1.0), "seconds": seconds}
+    shown(browser, tmp_path, floor, "#color=kelvins", values=values, colors=[*values, "normal"])
+
+    def note():
+        return browser.run("document.getElementById('note').textContent")
+
+    low, high = np.percentile(kelvins, [1, 99])
+    assert note() == f"kelvins; purple is {low:.6g}, yellow is {high:.6g} (1st to 99th percentile)"
+    browser.run("location.hash = '#color=few'")
+    browser.wait("document.getElementById('note').textContent.startsWith('few')")
+    assert note() == "few; purple is 1, yellow is 2"
+    browser.settled(lambda: browser.run("location.hash = '#panel=0&color=seconds'"))
+    for column, row in ((240, 180), (200, 120)):
+        browser.settled(lambda column=column, row=row: browser.click(column, row))
+        said = told(browser)
+        k = int(said["surfel"][0])
+        assert float(said["kelvins"][0]) == pytest.approx(kelvins[k], abs=1e-4)
+        assert float(said["few"][0]) == values["few"][k]
+        assert float(said["seconds"][0]) == seconds[k]
+    corner = floor.points[-1]
+    browser.settled(lambda: browser.click(240 + 90 * corner[0], 180 - 90 * corner[1]))
+    assert told(browser)["seconds"] == ["NaN"]
+    browser.settled(lambda: browser.run("location.hash = '#color=normal'"))
+    assert "purple" not in note()
+
+
 @pytest.mark.slow
 def test_keys_change_what_is_seen(browser, tmp_path):
     shown(browser, tmp_path, lit(), camera=ABOVE)

@@ -144,6 +144,19 @@ def test_a_scale_that_leaves_outliers_out_says_so(window):
         assert ("percentile" in bar.GetTitle()) == says
 
 
+@pytest.mark.parametrize(("low", "high"), [(293.15, 293.45), (1100.0, 1180.0), (1.7e9, 1.7e9 + 3)])
+def test_labels_of_a_scale_can_be_told_apart_and_are_in_the_window(window, low, high):
+    """Kelvins all were 293."""
+    view = window(grid(9, 0.1), values={"x": np.linspace(low, high, 81)}, color="x")
+    bar = view.plotter.scalar_bars["colours"]
+    labels = [bar.GetLabelFormat() % x for x in np.linspace(low, high, 5)]
+    assert len(set(labels)) == 5
+    assert [float(x) for x in labels] == pytest.approx(np.linspace(low, high, 5), abs=0.02 * (high - low))
+    ink = (shot(view)[170:430, 470:] < 90).all(axis=-1).any(axis=0)  # of letters; the bar itself has colours
+    assert ink[60:].any()
+    assert not ink[-5:].any()
+
+
 def test_every_colour_that_there_is_can_be_shown(window, lit):
     assert names_of(Subject(pair())) == ["reflectance", "normal", "radius", "area", "coverage", "group"]
     view = window(lit, values={"mistake": np.arange(len(lit.surfels))})
