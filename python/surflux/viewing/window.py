@@ -18,7 +18,7 @@ from surflux.viewing.words import caption, values_of
 
 INSERTED = (255, 140, 0)
 _MARKS = 5  # of a scale
-_LETTER = 0.5  # width of a digit, over the height of its font
+_LETTER = 0.55  # width of a digit, over the height of its font
 
 
 class SceneView:
