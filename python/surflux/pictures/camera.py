@@ -263,6 +263,36 @@ def facing(target, towards, reach, up, fov, size):
     return Camera(target + reach / np.sin(half) * towards, target, upright(up, towards), fov)
 
 
+def come_close(camera, surfels, lamps):
+    """(Camera, how far it came): an orthographic one moved ahead, to as far before all that it sees as that is deep.
+
+    Its picture stays the same but for depths. Single precision tells ten millionths of them apart: from far away sheets
+    that are nearer to each other have one depth. Pinhole cameras stay, and those that have anything behind them.
+
+    Args:
+        camera: Camera.
+        surfels: Surfels.
+        lamps: list of AreaLight, which are seen, too.
+    """
+    if camera.height is None or len(surfels) == 0:
+        return camera, 0.0
+    _, _, forward = camera._axes()
+    corners = [
+        np.add(lamp.corner, np.multiply(k, lamp.edge_u) + np.multiply(j, lamp.edge_v))
+        for lamp in lamps
+        for k in (0, 1)
+        for j in (0, 1)
+    ]
+    near, far = (surfels.points @ forward + side * surfels.radii for side in (-1, 1))
+    flat = np.concatenate([np.reshape(surfels.triangles, (-1, 3)), np.reshape(corners, (-1, 3))]) @ forward
+    first, last = min(near.min(), flat.min(initial=np.inf)), max(far.max(), flat.max(initial=-np.inf))
+    by = first - camera.eye @ forward - (last - first)
+    if not by > 0.0:
+        return camera, 0.0
+    moved = [end + by * forward for end in (camera.eye, camera.target)]
+    return Camera(*moved, camera.up, camera.fov, height=camera.height), by
+
+
 def upright(up, view):
     """A direction (3,) to have up in a picture: `up`, or where the unit vector view is nearly along it, another."""
     up = np.asarray(up, np.float64) / np.linalg.norm(up)
