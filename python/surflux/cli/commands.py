@@ -23,6 +23,7 @@ from surflux.cli.pictures import (
     animations,
     background_of,
     camera_of,
+    check_film,
     check_gaussians,
     check_images,
     write_gaussians,
@@ -34,7 +35,7 @@ from surflux.cli.saying import fail, how_much, log_said, print_json, say, settin
 from surflux.cli.solve import is_scene, load_scene
 from surflux.cli.streams import usable_streams
 from surflux.meshes.reading import read_mesh
-from surflux.pictures.animation import FPS, check_target
+from surflux.pictures.animation import FPS
 from surflux.points.writing import ply_path
 from surflux.scans.writing import WRITTEN
 from surflux.scenes.options import TRANSPORTS
@@ -221,7 +222,7 @@ def _render(options):
         raise ValueError("--turntable: wants an --image: a film (.mp4, .gif), or a pattern such as frames/%04d.png")
     else:
         for image in images:
-            check_target(image, "--image")
+            check_film(image, options)
     solution = sf.load_solution(options.input)
     camera = camera_of(options, solution.surfels, solution.camera)
     settings = {"samples": options.samples, "culling": not options.both_sides, "threads": options.threads}

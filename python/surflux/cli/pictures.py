@@ -8,6 +8,7 @@ import surflux as sf
 from surflux._base.files import require_place
 from surflux._base.passes import LOG
 from surflux.cli.saying import say
+from surflux.pictures.animation import check_series, check_target
 from surflux.pictures.backdrop import radiance_shown_as
 from surflux.pictures.framing import own_or_framing
 from surflux.pictures.images import resolved_exposure
@@ -21,6 +22,16 @@ def check_images(images, made=None):
             raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
         if made is None or image.parent.exists() or image.parent.resolve() != made.resolve():
             require_place(image)
+
+
+def check_film(image, options):
+    """Refuses what is no name of a film or of numbered pictures, and options that they do not take."""
+    check_target(image, "--image")
+    try:
+        check_series(Path(image).suffix.lower(), options.size, options.exposure, options.stops, not options.linear)
+    except ValueError as error:
+        name, _, said = str(error).partition(": ")
+        raise ValueError(f"--{'linear' if name == 'filmic' else name}: {said}") from None
 
 
 def write_images(solution, camera, options, images, *, background, samples=2, **settings):

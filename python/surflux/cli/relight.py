@@ -9,6 +9,7 @@ from surflux._base.files import file_error, require_file, require_place
 from surflux.cli.pictures import (
     background_of,
     camera_of,
+    check_film,
     check_gaussians,
     check_images,
     exposed,
@@ -18,7 +19,7 @@ from surflux.cli.pictures import (
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.cli.saying import error_lines
 from surflux.drawing.plots import picture_path
-from surflux.pictures.animation import FILMS, NUMBER, check_target
+from surflux.pictures.animation import FILMS, NUMBER
 from surflux.viewing.page import page_path
 
 TRANSFER = ".transfer"  # the suffix of what Transfer.save writes
@@ -140,7 +141,7 @@ def _refuse_options(options, off_screen, frames):
         raise ValueError(f"--path: {options.path} has {frames} frames; {wanted}")
     for image in options.image or []:
         if _is_series(image):
-            check_target(image, "--image")
+            check_film(image, options)
         elif frames > 1:
             what = f"a film (.mp4, .gif) or a pattern, such as frames/%04d.png, for {frames} frames"
             raise ValueError(f"--image: wanted {what}, got {image!r}")

@@ -105,6 +105,12 @@ def _differ(low, high, rounding):
     return high - low > rounding * max(abs(low), abs(high))
 
 
+def label_digits(low, high, steps=4):
+    """Digits that tell the marks of a scale apart, from low to high in so many steps."""
+    step, largest = float(high) / steps - float(low) / steps, max(abs(float(low)), abs(float(high)))
+    return int(np.clip(np.ceil(np.log10(largest / step)) + 2, 4, 15)) if step > 0.0 else 4
+
+
 def screen_bytes(shown, exposure=1.0, white=None):
     """(n, 3) uint8: the colours of a Shown on the screen.
 

@@ -9,6 +9,7 @@ STYLES = ("disks", "splats", "points")
 _CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
 _SLOPE = 0.4  # of the cones that stand for disks
 _NEIGHBORS = 9
+_SHEET = 4.0  # over the radius: splats so far off a surface that its inverse is are hardly of it
 
 
 def disk_corners(count):
@@ -106,8 +107,8 @@ class Shape:
 
     "disks": shallow cones whose tips stand where the disks do: of disks that overlap each is seen where it is the
     nearest. "splats": the same, with every corner in the mean of the colours around it, weighed as the splats of a page
-    are, by Gaussians of the distance, of those that face alike. "points": one point each. Patches of meshes are drawn
-    as their triangles; points have none.
+    are, by Gaussians of the distance, of those that face alike and are of one sheet. "points": one point each. Patches
+    of meshes are drawn as their triangles; points have none.
 
     Args:
         s: Surfels.
@@ -155,8 +156,12 @@ class Shape:
         self._weights = np.zeros((len(owner), self._neighbors.shape[1]), np.float32)
         for k in range(self._neighbors.shape[1]):
             other = self._neighbors[owner, k]
-            away = np.linalg.norm(at - centers[other], axis=1) / radii[other]
+            away = (at - centers[other]) / radii[other, None]
             alike = np.einsum("ij,ij->i", s.normals[owner], s.normals[other]) > 0.5
+            across = s.normals[owner] + s.normals[other]
+            across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)  # 0 of what faces away
+            off = _SHEET * np.einsum("ij,ij->i", away, across)
             fresh = alike if k == 0 else alike & (other != owner)  # short rows repeat the surfel itself
-            self._weights[:, k] = np.where(fresh | (k == 0), np.exp(-2.0 * np.minimum(away, 6.0) ** 2), 0.0)
+            apart = np.einsum("ij,ij->i", away, away) + off**4
+            self._weights[:, k] = np.where(fresh | (k == 0), np.exp(-2.0 * np.minimum(apart, 36.0)), 0.0)
         self._weights /= self._weights.sum(axis=1, keepdims=True)

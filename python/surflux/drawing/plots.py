@@ -11,7 +11,7 @@ import numpy as np
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG
-from surflux.drawing.colors import screen_bytes, surface_property
+from surflux.drawing.colors import label_digits, screen_bytes, surface_property
 from surflux.drawing.glyphs import disk_corners, disks_among, polygon_cells, polygons, rings
 from surflux.pictures.camera import Camera
 
@@ -263,8 +263,6 @@ def _bar(title, values, height):
     letters = max(6, round(_LETTERS * height))
     values = values[np.isfinite(values)]
     low, high = (float(np.min(values)), float(np.max(values))) if len(values) else (0.0, 0.0)
-    step, largest = (high - low) / 4.0, max(abs(low), abs(high))
-    digits = int(np.clip(np.ceil(np.log10(largest / step)) + 2, 4, 7)) if step > 0.0 else 4
     fonts = {"title_font_size": letters, "label_font_size": letters, "unconstrained_font_size": True}
     # And an empty line, so that the title stands clear of the marks.
-    return {"title": f"{title}\n", "fmt": f"%.{digits}g", "n_labels": 5, "color": "black"} | fonts
+    return {"title": f"{title}\n", "fmt": f"%.{label_digits(low, high)}g", "n_labels": 5, "color": "black"} | fonts

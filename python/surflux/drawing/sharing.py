@@ -74,7 +74,7 @@ def words(s, areas, picked):
         sharing = "a patch of a mesh: exact area"
     else:
         sharing = f"disk shared with {check.counted(np.count_nonzero(picked.parts[1:]), 'neighbour')}"
-    digits = _decimals(s.radii[i])
+    digits = decimals(s.radii[i])
     lines = [
         f"surfel {i}",
         sharing,
@@ -121,7 +121,7 @@ def summary(s, areas):
     return lines
 
 
-def _decimals(length):
+def decimals(length):
     """Decimals that show a thousandth of a length."""
     return int(np.clip(3 - np.floor(np.log10(length)), 0, 12))
 

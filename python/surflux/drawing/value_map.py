@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from surflux.drawing.colors import trimmed_range
+from surflux.drawing.colors import label_digits, trimmed_range
 from surflux.drawing.glyphs import disks_among, text_actor
 from surflux.drawing.plots import disks, look_through, picture_path, quiet_vtk, window_size
 
@@ -55,7 +55,7 @@ def value_map(s, values, path, *, unit, title, camera, size=(1200, 900)):
                 mapper=scale,
                 vertical=True,
                 n_labels=steps + 1,
-                fmt="%.6g",
+                fmt=f"%.{label_digits(low, high, steps)}g",
                 color="black",
                 title_font_size=letters,
                 label_font_size=letters,

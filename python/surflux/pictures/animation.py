@@ -140,13 +140,11 @@ def write_frames(drawn, count, path, size, *, fps, exposure, stops, filmic, prog
     fps = check.number("fps", fps, *FPS)
     name = check_target(path)
     suffix = Path(name).suffix.lower()
-    exposure, stops = checked_tone(suffix, exposure, stops, filmic)
+    exposure, stops = check_series(suffix, size, exposure, stops, filmic)
     if layers is not False and suffix != ".exr":
         raise ValueError(f"layers: a {suffix} file has none; .exr has")
     wanted = ["radiance", *layers] if isinstance(layers, (list, tuple)) else layers or ["radiance"]
     written, shown = [], None  # the factor on radiance is that of the first frame
-    if suffix == ".mp4" and isinstance(size, (tuple, list)) and any(side % 2 for side in size):
-        raise ValueError(f"size: .mp4 takes even numbers alone, got {tuple(size)}")
     with progress_callback(progress, "frames") as callback, ExitStack() as stack:
         add = stack.enter_context(_film(name, fps)) if suffix in FILMS else None
         for k in range(count):
@@ -163,6 +161,13 @@ def write_frames(drawn, count, path, size, *, fps, exposure, stops, filmic, prog
         if callback is not None:
             callback(count, count)
     return written or [Path(name)]
+
+
+def check_series(suffix, size, exposure, stops, filmic):
+    """(factor or None, stops) for a film or numbered pictures with this suffix; refuses a size that it cannot have."""
+    if suffix == ".mp4" and isinstance(size, (tuple, list)) and any(side % 2 for side in size):
+        raise ValueError(f"size: .mp4 takes even numbers alone, got {tuple(size)}")
+    return checked_tone(suffix, exposure, stops, filmic)
 
 
 def check_target(path, argument="path"):
@@ -215,8 +220,17 @@ def _film(path, fps):
             raise refused(error) from error
 
 
-# What every player shows: H.264 with colours at half the resolution.
-MP4 = {"codec": "libx264", "pixelformat": "yuv420p", "quality": 8, "macro_block_size": 2, "ffmpeg_log_level": "error"}
+# What every player shows: H.264 with colours at half the resolution, converted by BT.709, as the file says. Otherwise
+# ffmpeg takes BT.601 and says nothing, which browsers take for BT.709.
+_BT709 = "color_primaries=bt709:color_trc=iec61966-2-1:colorspace=bt709:range=tv"
+MP4 = {
+    "codec": "libx264",
+    "pixelformat": "yuv420p",
+    "quality": 8,
+    "macro_block_size": 2,
+    "ffmpeg_log_level": "error",
+    "output_params": ["-vf", f"scale=out_color_matrix=bt709:out_range=tv,setparams={_BT709}"],
+}
 
 
 def _imageio(suffix):

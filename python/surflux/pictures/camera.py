@@ -126,28 +126,42 @@ class Camera:
         points = finite_array("points", points, (None, 3))
         if len(points) == 0:
             raise ValueError("points: wanted at least one")
+        return cls._around(points, lambda axis: 0.0, direction, up, fov, aspect, orthographic)
+
+    @classmethod
+    def _around(cls, points, reach, direction, up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0, orthographic=False):
+        """Camera.fit for what lies around points: reach(axis) says how far (n,) from each along a vector, times its
+        length.
+        """
         direction = default_direction(up) if direction is None else vector3("direction", direction)
         size = np.linalg.norm(direction)
         if size == 0.0:
             raise ValueError("direction: wanted a direction, got zero")
         aspect = number("aspect", aspect, 1e-3, 1e3)
-        center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        reaches = np.stack([np.broadcast_to(reach(axis), len(points)) for axis in np.eye(3)], axis=1)
+        center = 0.5 * ((points - reaches).min(axis=0) + (points + reaches).max(axis=0))
         forward = direction / size
         right, down, forward = cls(center - forward, center, up, fov)._axes()  # checks up and fov
         p = points - center
+
+        def most(axis):
+            return (p @ axis + reach(axis)).max()
+
         tan_y = np.tan(np.radians(fov) / 2.0) / 1.05  # the margin
         # The eye at center + x right + y down - distance * forward sees p where |p . right - x| <= tan (p . forward +
         # distance), and so on: as near as both sides of the picture let it be.
+        sides = (right, tan_y * aspect), (down, tan_y)
         (x, wide), (y, high) = (
-            _middle_and_distance(p @ axis, p @ forward, tan) for axis, tan in ((right, tan_y * aspect), (down, tan_y))
+            _middle_and_distance(most(axis - tan * forward), most(-axis - tan * forward), tan) for axis, tan in sides
         )
-        extent = np.linalg.norm(p, axis=1).max()
+        extent = (np.linalg.norm(p, axis=1) + np.linalg.norm(reaches, axis=1)).max()
         height = None
         if flag("orthographic", orthographic):
-            x, y = ((p @ axis).max() / 2 + (p @ axis).min() / 2 for axis in (right, down))
-            height = 1.05 * max(np.ptp(p @ right) / aspect, np.ptp(p @ down), extent * 2e-3, 2e-6)
+            x, y = ((most(axis) - most(-axis)) / 2 for axis in (right, down))
+            spans = [most(axis) + most(-axis) for axis in (right, down)]
+            height = 1.05 * max(spans[0] / aspect, spans[1], extent * 2e-3, 2e-6)
         target = center + x * right + y * down
-        distance = max(wide, high, 0.05 * extent - (p @ forward).min(), extent * 1e-3, 1e-6)
+        distance = max(wide, high, 0.05 * extent + most(-forward), extent * 1e-3, 1e-6)
         return cls(target - distance * forward, target, up, fov, height=height)
 
     @classmethod
@@ -225,9 +239,11 @@ class Camera:
         return f"Camera(eye={eye}, target={target}, up={up}, {seen})"
 
 
-def _middle_and_distance(across, ahead, tan):
-    """Where between points an eye is that has them within a tangent on either side, and how far before the origin."""
-    on_right, on_left = (across - tan * ahead).max(), (-across - tan * ahead).max()
+def _middle_and_distance(on_right, on_left, tan):
+    """Where between points an eye is that has them within a tangent on either side, and how far before the origin.
+
+    on_right, on_left: the most of +-across - tan * ahead.
+    """
     return 0.5 * (on_right - on_left), 0.5 * (on_right + on_left) / tan
 
 
@@ -245,6 +261,36 @@ def facing(target, towards, reach, up, fov, size):
     """A Camera that looks at target from the direction towards, with a ball of radius reach around it in view."""
     half = np.arctan(np.tan(np.radians(fov / 2)) * min(1.0, size[0] / size[1]))
     return Camera(target + reach / np.sin(half) * towards, target, upright(up, towards), fov)
+
+
+def come_close(camera, surfels, lamps):
+    """(Camera, how far it came): an orthographic one moved ahead, to as far before all that it sees as that is deep.
+
+    Its picture stays the same but for depths. Single precision tells ten millionths of them apart: from far away sheets
+    that are nearer to each other have one depth. Pinhole cameras stay, and those that have anything behind them.
+
+    Args:
+        camera: Camera.
+        surfels: Surfels.
+        lamps: list of AreaLight, which are seen, too.
+    """
+    if camera.height is None or len(surfels) == 0:
+        return camera, 0.0
+    _, _, forward = camera._axes()
+    corners = [
+        np.add(lamp.corner, np.multiply(k, lamp.edge_u) + np.multiply(j, lamp.edge_v))
+        for lamp in lamps
+        for k in (0, 1)
+        for j in (0, 1)
+    ]
+    near, far = (surfels.points @ forward + side * surfels.radii for side in (-1, 1))
+    flat = np.concatenate([np.reshape(surfels.triangles, (-1, 3)), np.reshape(corners, (-1, 3))]) @ forward
+    first, last = min(near.min(), flat.min(initial=np.inf)), max(far.max(), flat.max(initial=-np.inf))
+    by = first - camera.eye @ forward - (last - first)
+    if not by > 0.0:
+        return camera, 0.0
+    moved = [end + by * forward for end in (camera.eye, camera.target)]
+    return Camera(*moved, camera.up, camera.fov, height=camera.height), by
 
 
 def upright(up, view):

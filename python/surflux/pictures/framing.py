@@ -25,19 +25,21 @@ def framing(surfels, size, up=(0, 0, 1), *, along=True, direction=None):
     the frame of a depth camera (x right, y down, z forward), are seen along it, unless `along` is False. direction:
     (3,), where the camera looks, whatever shows.
     """
-    bounds = _bounds(surfels)
+    around = _Around(surfels)
     aspect = size[0] / size[1]
     best = direction, up
     if direction is None and len(surfels) >= _FEW:
-        best = _best_view(_every(bounds), _every(surfels.points), _every(surfels.normals), aspect, up, along)
-    return Camera.fit(bounds, *best, aspect=aspect)
+        best = _best_view(around, _every(surfels.points), _every(surfels.normals), aspect, up, along)
+    return around.camera(best, aspect)
 
 
-def _best_view(bounds, points, normals, aspect, up, along):
+def _best_view(around, points, normals, aspect, up, along):
     """(direction, up) of the view of some of the surfels that framing takes."""
 
+    some = around.some()
+
     def shown(view):
-        return _shown(Camera.fit(bounds, *view, aspect=aspect), points, normals, aspect)
+        return _shown(some.camera(view, aspect), points, normals, aspect)
 
     best = None, up
     most = shown(best)
@@ -57,15 +59,40 @@ def _every(rows):
     return rows[:: -(-len(rows) // _POINTS)]
 
 
-def _bounds(surfels):
-    """Points around what is to be in the picture."""
-    points, reach = surfels.points, surfels.radii
-    if len(points) >= _FEW and len(surfels.triangles) == 0:
-        low, high = np.quantile(points, [_STRAY, 1.0 - _STRAY], axis=0)
-        margin = _MARGIN * (high - low)
-        kept = np.all((points >= low - margin) & (points <= high + margin), axis=1)
-        points, reach = points[kept], np.minimum(reach[kept], _WIDE * np.median(reach))
-    return np.concatenate([points - reach[:, None], points + reach[:, None]])
+class _Around:
+    """What is to be in the picture: corners of patches, and disks.
+
+    points: (m, 3). normals (m, 3), radii (m,): of disks; of corners 0.
+    """
+
+    def __init__(self, surfels):
+        patch = np.zeros(len(surfels), bool)
+        patch[surfels.triangle_surfel] = True
+        points, normals, radii = surfels.points[~patch], surfels.normals[~patch], surfels.radii[~patch]
+        if len(points) >= _FEW and not np.any(patch):
+            low, high = np.quantile(points, [_STRAY, 1.0 - _STRAY], axis=0)
+            margin = _MARGIN * (high - low)
+            kept = np.all((points >= low - margin) & (points <= high + margin), axis=1)
+            points, normals, radii = points[kept], normals[kept], radii[kept]
+            radii = np.minimum(radii, _WIDE * np.median(radii))
+        corners = surfels.triangles.reshape(-1, 3)
+        self.points = np.concatenate([points, corners])
+        self.normals = np.concatenate([normals, np.zeros_like(corners)])
+        self.radii = np.concatenate([radii, np.zeros(len(corners))])
+
+    def some(self):
+        """The same of evenly some."""
+        found = object.__new__(_Around)
+        found.points, found.normals, found.radii = _every(self.points), _every(self.normals), _every(self.radii)
+        return found
+
+    def camera(self, view, aspect):
+        """The Camera that looks along a (direction, up) and has all in its picture."""
+        return Camera._around(self.points, self._reach, *view, aspect=aspect)
+
+    def _reach(self, axis):
+        """How far disks reach along a vector, times its length."""
+        return self.radii * np.sqrt(np.maximum(axis @ axis - (self.normals @ axis) ** 2, 0.0))
 
 
 def own_or_framing(camera, surfels, size, up=None):

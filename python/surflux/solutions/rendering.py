@@ -12,7 +12,7 @@ from surflux._base import check
 from surflux._base.types import Progress
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
-from surflux.pictures.camera import Camera
+from surflux.pictures.camera import Camera, come_close
 from surflux.pictures.framing import own_or_framing
 from surflux.scenes.lights import Environment
 from surflux.solutions.background import add_background, environments_behind
@@ -79,8 +79,8 @@ class View:
             raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         if camera.height is not None and isinstance(solution._field, BasisField):
             raise ValueError("camera: wanted one without height, for a meshless basis is drawn in perspective alone")
-        self.through = camera
-        self.camera = camera._to_core()
+        self.through, self.came = come_close(camera, solution.surfels, solution._lamps)
+        self.camera = self.through._to_core()
         self.behind = environments_behind(background, solution._environments)
         self.samples = check.count("samples", samples, 1, 8)
         self.culling = check.flag("culling", culling)
@@ -125,6 +125,8 @@ def picture(solution, view, names, progress, groups=None, flat=None):
     if view.culling and not np.any(found["alpha"]):
         _warn_of_backs_in_view(surfels, view)
     found = add_background(found, view.behind, view.through, view.samples)
+    if view.came and "depth" in names:
+        found["depth"] = (found["depth"] + view.came).astype(np.float32)
     return {name: found[name] for name in names}
 
 

@@ -16,7 +16,7 @@ from surflux._base import check
 from surflux._base.color import white_of
 from surflux._base.files import write_whole
 from surflux._base.types import FilePath
-from surflux.drawing.colors import screen_bytes
+from surflux.drawing.colors import label_digits, screen_bytes, trimmed_range
 from surflux.pictures.camera import Camera
 from surflux.scenes.lights import Environment
 from surflux.solving.distant_transfer import DistantTransfer
@@ -29,6 +29,7 @@ from surflux.viewing.turning_page import TURNING, TurningPage
 # Of what there is, these go along; the first of them that there is comes first.
 USUAL = ("radiosity", "direct", "indirect", "reflectance", "emission", "normal", "cut", "object")
 _SCRIPTS = ("draw.js", "turning.js", "controls.js")
+_SENT = ("radiosity", "emission")  # what a lamp has of its own; its irradiance nobody has asked for
 _LAMP_COLORS = {"radiosity": 1.0, "emission": 1.0, "indirect": 0.0}  # the part of its exitance that a lamp shows
 
 
@@ -48,9 +49,9 @@ class Page:
             Environment, of harmonics for z.
         colors: names of what to colour by, the one to begin with first; None for what there is of radiosity, direct and
             indirect irradiance, reflectance, emission, normal, cut and object. Further ones: irradiance, radius, area,
-            coverage, level, parent, group (the finest), and the names in values. Each takes 4 bytes a surfel, all else
-            24, and 40 a triangle. Of a DistantTransfer, in place of the 4, irradiance takes 58 and direct light as
-            many, which the others are made of; reflectance for radiosity 6, and emission 4.
+            coverage, level, parent, group (the finest), and the names in values. Each takes 4 bytes a surfel, numbers
+            8, all else 24, and 40 a triangle. Of a DistantTransfer, in place of the 4, irradiance takes 58 and direct
+            light as many, which the others are made of; reflectance for radiosity 6, and emission 4.
         values: dict of further arrays by name: (n, 3) is exposed as light is, whatever its unit, (n,) numbers.
         camera: Camera to begin with; None for the one that comes with the thing, or one that has all in view.
         title: of the page.
@@ -191,8 +192,15 @@ class Page:
                 "label": shown.label,
                 "white": white,
                 "unit": shown.unit,
+                "sent": name in _SENT,
                 "data": store.add(packed_light(values / white), np.uint32),
             }
+        if shown.kind == "number":
+            low, high, trimmed = trimmed_range(shown.values)
+            about |= {"kind": "number", "low": float(low), "high": float(high), "trimmed": trimmed}
+            about["digits"] = label_digits(low, high)
+            with np.errstate(over="ignore"):
+                about["above"] = store.add(shown.values[order] - low, np.float32)  # years in seconds have their digits
         rgb = np.concatenate([screen_bytes(shown)[order], np.full((len(lamps), 3), 255, np.uint8)]).astype(np.uint32)
         return about | {"data": store.add(rgb[:, 0] | rgb[:, 1] << 8 | rgb[:, 2] << 16 | 0xFF << 24, np.uint32)}
 

@@ -11,7 +11,7 @@ from surflux.pictures.framing import own_or_framing
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
-from surflux.solutions.leaves import inserted_among
+from surflux.solutions.leaves import inserted_among, means_of_parents
 from surflux.solutions.rendering import drawn_surfels
 from surflux.solutions.solution import Solution
 
@@ -51,6 +51,7 @@ class Subject:
         if not isinstance(values, (dict, type(None))):
             raise ValueError(f"values: wanted a dict of arrays, got {type(values).__name__}")
         self.values = {name: _shown(name, value, n) for name, value in (values or {}).items()}
+        self._given = self  # whose values came from outside
         self.camera = None if isinstance(thing, Surfels) else thing.camera
         if self.solution is not None:
             self.lamps = list(self.solution._lamps)
@@ -62,6 +63,22 @@ class Subject:
 
     def __len__(self):
         return len(self.surfels)
+
+    def solved_again(self, solution):
+        """A Subject of another solution of the scene, with the same arrays: of surfels that one has in place of others
+        the mean by area, or what the surfel of the scene has that they are parts of.
+        """
+        found, given = Subject(solution), self._given
+        before = given.solution
+        if np.array_equal(before.parents, solution.parents):
+            found.values = dict(given.values)
+        else:
+            for name, value in given.values.items():
+                columns = np.asarray(value, np.float64).reshape(len(value), -1)
+                means = means_of_parents(before.parents, before.surfels.areas, columns)
+                found.values[name] = means[solution.parents].reshape(-1, *value.shape[1:])
+        found._given = given
+        return found
 
     def framed(self, size):
         """The Camera to begin with in a picture of size (width, height)."""

@@ -6,7 +6,7 @@ from surflux._base import check
 from surflux._base.color import white_of
 from surflux.drawing import sharing
 from surflux.drawing.clicks import sight_ray
-from surflux.drawing.colors import Shown, screen_bytes, trimmed_range
+from surflux.drawing.colors import Shown, label_digits, screen_bytes, trimmed_range
 from surflux.drawing.glyphs import STYLES, Shape, polygons, rings, text_actor
 from surflux.drawing.plots import look_through, seen_through
 from surflux.pictures.camera import Camera, upright
@@ -17,6 +17,8 @@ from surflux.viewing.sky_behind import SkyBehind
 from surflux.viewing.words import caption, values_of
 
 INSERTED = (255, 140, 0)
+_MARKS = 5  # of a scale
+_LETTER = 0.55  # width of a digit, over the height of its font
 
 
 class SceneView:
@@ -66,7 +68,7 @@ class SceneView:
         self.picked = self.links = None
         self.zeta, self.culling, self.marked = None, True, False
         self.note = ""  # what the last solving came to
-        self._kept = None
+        self._kept, self._left = None, 0.9
         self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
         self.plotter.set_background("white")
         self.font = max(6, round(min(size[1] / 46, size[0] / 62)))
@@ -190,7 +192,10 @@ class SceneView:
             self.draw("inserted", dots, color=INSERTED, culling="back")
 
     def solve_again(self, zeta, progress=True):
-        """Solves the scene with another zeta and shows that; takes as long as solving takes."""
+        """Solves the scene with another zeta and shows that; takes as long as solving takes.
+
+        What the new solution has nothing of, such as levels where nothing was inserted, gives way to radiosity.
+        """
         from surflux.solving.radiosity import solve
 
         solution = solve(self.subject.scene, zeta=zeta, progress=progress)
@@ -200,7 +205,10 @@ class SceneView:
         marked, camera = self.marked, self.camera()
         self.pick(None)
         self.mark_inserted(False)
-        self._take(type(self.subject)(solution))
+        self._take(self.subject.solved_again(solution))
+        if self.color not in (*names_of(self.subject), "emission"):
+            self.note += f"\nthat has no {self.color}: radiosity is shown"
+            self.color = "radiosity"
         self.plotter.remove_actor("surfels", render=False)
         self.redraw()
         self.frame(camera)  # inserted surfels may have moved the origin
@@ -286,10 +294,14 @@ class SceneView:
         return self.plotter.add_mesh(mesh, name=name, **fixed, **look)
 
     def _bar(self, mapper, title=""):
-        self._scale("colours", mapper, title, 0.9)
+        labels = [] if mapper is None else [_label(mapper) % x for x in np.linspace(*mapper.scalar_range, _MARKS)]
+        # Beside the bar itself there is room for labels of this length, and no more.
+        longest = max(map(len, labels), default=0) * _LETTER * self.font / self.size[0]
+        self._left = min(0.9, 0.95 - longest)
+        self._scale("colours", mapper, title, self._left)
 
     def _link_bar(self, mapper):
-        self._scale("links", mapper, "link, %", 0.8)
+        self._scale("links", mapper, "link, %", self._left - 0.1)
 
     def _scale(self, name, mapper, title, left):
         if name in self.plotter.scalar_bars:
@@ -299,7 +311,7 @@ class SceneView:
         bar = self.plotter.add_scalar_bar(
             title=name,
             mapper=mapper,
-            n_labels=5,
+            n_labels=_MARKS,
             vertical=True,
             position_x=left,
             position_y=0.3,
@@ -309,13 +321,18 @@ class SceneView:
             title_font_size=self.font,
             unconstrained_font_size=True,
             color="black",
-            fmt="%.3g",
+            fmt=_label(mapper),
         )
         bar.SetTitle(title)
         bar.DrawBackgroundOn()
         bar.GetBackgroundProperty().SetColor(1.0, 1.0, 1.0)
         bar.GetBackgroundProperty().SetOpacity(0.8)
         bar.SetVerticalTitleSeparation(self.font)
+
+
+def _label(mapper):
+    """The format of the labels of a scale."""
+    return f"%.{label_digits(*mapper.scalar_range, _MARKS - 1)}g"
 
 
 def shape_of(subject, style):

@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux._base import check
 from surflux.drawing.colors import LUMINANCE
+from surflux.drawing.sharing import decimals
 
 _MOST_OBJECTS = 6
 
@@ -37,7 +38,7 @@ def values_of(subject, picked, links):
         lines.append(f"inserted for surfel {solution.parents[i]}")
     lines += [
         "",
-        f"position    {_numbers(s.points[i], 6)}",
+        f"position    {' '.join(f'{x:z.{decimals(s.radii[i])}f}' for x in s.points[i])}",
         f"normal      {_numbers(s.normals[i], 3)}",
         f"radius      {s.radii[i]:.5g}",
     ]

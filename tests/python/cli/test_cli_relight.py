@@ -207,6 +207,9 @@ def test_all_bounces(room, run):
     [
         (("--path", "path.toml", "--image", "a.png"), "--image: wanted a film (.mp4, .gif) or a pattern, such as "),
         (("--path", "path.toml", "--image", "a%d%d.png"), "--image: wanted a pattern for numbered pictures"),
+        (("--path", "path.toml", "--image", "a.mp4", "--size", "41x30"), "--size: .mp4 takes even numbers alone, got"),
+        (("--path", "path.toml", "--image", "%d.exr", "--exposure", "2"), "--exposure: a .exr file holds radiance"),
+        (("--path", "path.toml", "--image", "%d.hdr", "--linear"), "--linear: a .hdr file holds radiance itself"),
         (("--path", "path.toml", "-o", "a.ply"), "-o: wanted a pattern, such as frames/%04d.ply, for 3 frames"),
         (("--path", "path.toml"), "--path: path.toml has 3 frames; wanted --image with a film (.mp4, .gif) or a patt"),
         (("--path", "path.toml", "--save", "a.transfer"), "--path: path.toml has 3 frames; wanted --image"),

@@ -156,6 +156,11 @@ def test_gaussians_beside_a_picture(solved, run):
         (["--turntable", "4", "--image", "a.png"], "--image: wanted a pattern for numbered pictures"),
         (["--turntable", "4", "--image", "a.avi"], "--image: wanted a name ending in .mp4"),
         (["--turntable", "4", "--image", "none/%d.png"], "there is no folder"),
+        (
+            ["--turntable", "4", "--image", "a.mp4", "--size", "40x31"],
+            "--size: .mp4 takes even numbers alone",
+        ),
+        (["--turntable", "4", "--image", "%d.exr", "--stops", "1"], "--stops: a .exr file holds radiance itself"),
         (["--gaussians", "a.splat"], "--gaussians: wanted a name ending in .ply, .glb or .gltf, got 'a.splat'"),
         (["--gaussians", "none/a.glb"], "there is no folder"),
         (["--image", "a.mp4"], "--image: wanted a name ending in .exr, .png or .hdr"),

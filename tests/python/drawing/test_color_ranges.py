@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.drawing.colors import Shown, range_of, screen_bytes, surface_property, trimmed_range
+from surflux.drawing.colors import Shown, label_digits, range_of, screen_bytes, surface_property, trimmed_range
 
 
 def test_numbers_that_differ_by_rounding_have_one_colour():
@@ -35,3 +35,19 @@ def test_what_differs_in_its_last_digits_is_seen():
         assert len(np.unique(screen_bytes(Shown("t", "number", "", values)), axis=0)) > 100
     for largest in (1.7e308, np.float32(3e38)):
         assert np.isfinite(range_of(np.full(3, largest))).all()
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(293.15, 293.45), (1100.0, 1180.0), (0.0, 1.0), (-3e-7, 5e-7), (1.7e9, 1.7e9 + 3), (2.0, 2.0)]
+)
+@pytest.mark.parametrize("steps", [4, 10])
+def test_labels_of_a_scale_can_be_told_apart(low, high, steps):
+    marks = np.linspace(low, high, steps + 1)
+    labels = [f"{x:.{label_digits(low, high, steps)}g}" for x in marks]
+    assert len(set(labels)) == len(set(marks))
+    np.testing.assert_allclose([float(x) for x in labels], marks, atol=0.1 * (high - low) / steps)  # evenly, too
+
+
+def test_labels_of_a_scale_have_digits_where_numbers_are_as_large_as_they_may_be():
+    with np.errstate(all="raise"):
+        assert label_digits(-1.7e308, 1.7e308) == 4

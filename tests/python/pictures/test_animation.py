@@ -1,7 +1,9 @@
 """Turntables, camera paths, and what comes of them: numbered pictures and films."""
 
+import base64
 import builtins
 import gc
+import subprocess
 import weakref
 
 import numpy as np
@@ -152,6 +154,47 @@ def test_a_film_is_written_frame_by_frame(solution, tmp_path, monkeypatch, name)
     if name == "film.gif":
         with Image.open(tmp_path / name) as shown:
             assert (shown.n_frames, shown.info["loop"], shown.info["duration"]) == (12, 0, 50)
+
+
+COLORS = np.array([[221, 60, 60], [60, 221, 60], [60, 60, 221], [221, 221, 60], [162, 162, 162]])  # of stripes
+
+
+@pytest.fixture(scope="module")
+def stripes(tmp_path_factory):
+    """A film of upright stripes, 64 pixels wide and 720 high each: as high as browsers take for BT.709 without tags."""
+    pytest.importorskip("imageio_ffmpeg", reason="needs surflux[video]")
+    path = tmp_path_factory.mktemp("stripes") / "film.mp4"
+    frame = np.repeat(COLORS, 64, axis=0)[None].repeat(720, axis=0).astype(np.uint8)
+    with animation._film(path, 10) as add:
+        for _ in range(3):
+            add(frame)
+    return path
+
+
+def test_films_say_how_their_colours_are_converted(stripes):
+    """And are converted so: by BT.709, from 16 to 235 and 240 (Rec. ITU-R BT.709-6, 3.2 to 3.4)."""
+    import imageio_ffmpeg
+
+    ffmpeg = [imageio_ffmpeg.get_ffmpeg_exe(), "-hide_banner", "-i", stripes]
+    said = subprocess.run(ffmpeg, capture_output=True, text=True).stderr
+    assert "yuv420p(tv, bt709/bt709/iec61966-2-1" in said
+    raw = subprocess.run([*ffmpeg, "-frames:v", "1", "-f", "rawvideo", "-"], capture_output=True, check=True).stdout
+    y, rest = np.split(np.frombuffer(raw, np.uint8).astype(float), [320 * 720])
+    y, (blue, red) = y.reshape(720, 320)[90, 32::64], rest.reshape(2, 360, 160)[:, 45, 16::32]
+    y, blue, red = (y - 16) / 219, (blue - 128) / 224, (red - 128) / 224
+    r, b = y + 1.5748 * red, y + 1.8556 * blue
+    g = (y - 0.2126 * r - 0.0722 * b) / 0.7152
+    np.testing.assert_allclose(255 * np.transpose([r, g, b]), COLORS, atol=4)
+
+
+def test_browsers_show_films_in_the_colours_of_pictures(stripes, tmp_path, browser):
+    data = base64.b64encode(stripes.read_bytes()).decode()
+    page = tmp_path / "film.html"
+    page.write_text(f'<body style="margin: 0"><video id="film" muted src="data:video/mp4;base64,{data}"></video>')
+    browser.visit(page)
+    browser.wait('document.getElementById("film").readyState >= 2')
+    shown = browser.picture()[90, 32:320:64]
+    np.testing.assert_allclose(shown, COLORS, atol=4)  # green was (49, 196, 56), red (236, 76, 58)
 
 
 def test_a_callback_that_says_nothing_or_zero_goes_on_and_one_that_says_false_stops(solution, tmp_path):

@@ -194,6 +194,41 @@ def test_framing_leaves_out_strays_and_what_wide_disks_reach():
     assert 0 < row.min() < row.max() < 300
 
 
+UPS = [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 0, -1), (0, -1, 0)]
+
+
+def within(places, camera, size=(400, 300)):
+    """The least margin that places keep in the picture of a camera, in pixels; below 0 some are cut off."""
+    column, row, depth = camera.project(places, size).T
+    assert (depth > 0).all()
+    return min(column.min(), size[0] - column.max(), row.min(), size[1] - row.max())
+
+
+# Of a box around each surfel, two opposite corners said what is to be seen.
+@pytest.mark.parametrize("up", UPS)
+@pytest.mark.parametrize("size", [(2, 2, 0), (2, 0.5, 0.1), (1, 1, 1)])
+def test_framing_has_all_of_coarse_meshes_in_the_picture(up, size):
+    signs = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)])
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    corners = (signs * size) @ np.roll(np.eye(3), 1 + int(np.argmax(np.abs(up))), axis=0)  # flat along up
+    mesh = sf.Surfels.from_mesh((corners, faces[1:2] if size[2] == 0 else faces))
+    assert within(corners, framing(mesh, (400, 300), up)) == pytest.approx(150 - 150 / 1.05, abs=3)
+
+
+@pytest.mark.parametrize("up", UPS)
+@pytest.mark.parametrize("normal", [(0, 0, 1), (0, 1, 0), (1, -1, 0), (1, 2, 3)])
+def test_framing_has_all_of_wide_disks_in_the_picture(up, normal):
+    n = np.array(normal) / np.linalg.norm(normal)
+    u = np.cross(n, [0.3, 0.5, -0.8])
+    u /= np.linalg.norm(u)
+    angle = np.linspace(0, 2 * np.pi, 200)[:, None]
+    rim = 1.4 * (np.cos(angle) * u + np.sin(angle) * np.cross(n, u))
+    centers = np.array([[-1.0, 1, 0], [1, -1, 0]])
+    camera = framing(sf.Surfels(centers, [n] * 2, radii=1.4), (400, 300), up)
+    # As near as the rims let it be: no box or ball around the disks is what must be seen.
+    assert within((centers[:, None] + rim).reshape(-1, 3), camera) == pytest.approx(150 - 150 / 1.05, abs=3)
+
+
 def test_framing_stands_what_is_up_upright_in_the_picture():
     mast = sf.Surfels([[0, y, 0] for y in range(10)], [[0, 0, 1]] * 10, radii=0.1)
     camera = framing(mast, (400, 300), (0, 1, 0))

@@ -40,6 +40,25 @@ def test_a_square_has_its_size_however_far_away(square, away):
     np.testing.assert_allclose(seen["radiance"][expected], 0.5, rtol=1e-3)  # rho L under a whole sky
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")  # of what lies beneath another sheet
+@pytest.mark.parametrize("away", [5.0, 1e4, 1e7])
+def test_of_sheets_close_to_each_other_the_nearer_is_seen_however_far_away(away):
+    """Over .001 depths of 10 000 are the same in single precision: the lower sheet was drawn instead."""
+    lower, upper = (
+        sf.Surfels.from_mesh(([[x, y, z] for x, y, _ in SQUARE[0]], SQUARE[1]), 0.05, emission=emission)
+        for z, emission in ((0.0, 1.0), (1e-4, 3.0))
+    )
+    lamp = sf.AreaLight([-1.0, 0.2, 0.6], [0.4, 0, 0], [0, 0.4, 0], 7.0)  # shines up, the nearest of all
+    solution = sf.solve(sf.Scene([lower, upper], [lamp]), threads=1)
+    seen = solution.render(from_above(away), SIZE, samples=1, layers=["index", "depth", "radiance"])
+    inside = np.s_[32:78, 102:148]
+    assert (solution.objects[seen["index"][inside]] == 1).all()
+    np.testing.assert_allclose(np.pi * seen["radiance"][inside], 3.0, rtol=0.01)
+    np.testing.assert_allclose(seen["depth"][inside], away - 1e-4, rtol=1e-6)
+    assert np.isinf(seen["depth"][0, 0])
+    np.testing.assert_allclose(np.pi * seen["radiance"][55:65, 55:65], 7.0, rtol=1e-5)  # (-1, .2) is (50, 70)
+
+
 def test_a_square_that_leans_is_as_high_as_its_cosine(square):
     """Seen from 60 degrees over the horizon: rows 50 sin 60 = 43.3, columns 50."""
     leaning = sf.Camera([0.5, 0.5 - 2, 2 * np.sqrt(3)], [0.5, 0.5, 0], height=3.2)

@@ -122,7 +122,7 @@ def test_the_words(lit):
     assert lines[0] == f"surfel {i} of object 0"
     for name in ("direct", "irradiance", "radiosity"):
         assert [float(v) for v in said[name][:3]] == pytest.approx(getattr(lit, name)[i], rel=1e-3)
-    assert [float(v) for v in said["position"]] == pytest.approx(lit.surfels.points[i], rel=1e-4)
+    assert [float(v) for v in said["position"]] == pytest.approx(lit.surfels.points[i], abs=1e-3 * lit.surfels.radii[i])
     assert said["mistake"] == [f"{i / 4:.4g}"]
     assert said["cut"][1].rstrip(",") == str(lit.cut[i])
     percent = [float(line.split()[-1].rstrip("%")) for line in lines if line.startswith("  ")]
@@ -133,6 +133,17 @@ def test_the_words(lit):
     assert "no light comes here" in words.values_of(
         subject, sharing.pick(dark.surfels, 0, "curved"), LinkFinder(subject)(0)
     )
+
+
+@pytest.mark.parametrize("radius", [0.02, 3e-5, 400.0])
+def test_positions_are_told_to_a_thousandth_of_the_radius(radius):
+    """Northings of a survey had six digits: they were rounded to 10 m."""
+    place = np.array([512345.67812, 5412345.67834, 312.51256])
+    s = sf.Surfels([place, place + radius], [[0, 0, 1]] * 2, radii=radius)
+    lines = words.values_of(Subject(s), sharing.pick(s, 0, "curved"), None)
+    (said,) = (line.split()[1:] for line in lines if line.startswith("position"))
+    np.testing.assert_allclose([float(v) for v in said], place, rtol=0, atol=1e-3 * radius)
+    assert max(len(v) for v in said) <= 16
 
 
 def test_a_click_picks_and_a_drag_turns(window, lit):

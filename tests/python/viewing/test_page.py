@@ -87,6 +87,39 @@ def test_splats_run_into_each_other_but_not_around_edges(browser, tmp_path):
     assert row[:, 1].max() < 10  # no green on the floor
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("disks", [False, True])
+def test_splats_of_a_sheet_close_behind_do_not_shine_through(browser, tmp_path, disks):
+    """A red board at a distance of .4 radii before a blue wall: it was (180, 0, 147)."""
+    board = sf.Surfels.from_mesh((np.add(SQUARE[0], [0, 0, 0.03]), SQUARE[1]), 0.02, RED)
+    wall = sf.Surfels.from_mesh(SQUARE, 0.02, BLUE)
+    if disks:
+        x = np.linspace(-1, 1, 21)
+        rows = [[a, b, 0] for b in x for a in x]
+        wall, board = (
+            sf.Surfels(np.add(rows, [0, 0, z]), [[0, 0, 1]] * 441, radii=0.075, reflectance=color)
+            for z, color in ((0.0, BLUE), (0.06, RED))
+        )
+    image = shown(browser, tmp_path, sf.Scene([wall, board]))[100:260, 160:320]
+    assert image[..., 2].mean() < 25
+    assert image[..., 0].mean() > 225
+
+
+@pytest.mark.slow
+def test_splats_run_into_each_other_on_a_ball(browser, tmp_path):
+    """Neighbours stand a quarter of a radius below each other's planes there."""
+    turn = np.arange(100) * np.pi * (3 - 5**0.5)  # places by the golden angle
+    z = 1 - (2 * np.arange(100) + 1) / 100
+    n = np.column_stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z])
+    ball = sf.Surfels(n, n, radii=0.26, reflectance=np.random.default_rng(0).uniform(0.2, 0.8, 100))
+    hard, soft = (
+        shown(browser, tmp_path, ball, f"#panel=0&style={style}")[130:230, 190:290, 0] for style in ("disks", "splats")
+    )
+    steps = [np.percentile(np.abs(np.diff(image, axis=0)), 99.5) for image in (hard, soft)]
+    assert steps[0] > 50
+    assert steps[1] < 0.25 * steps[0]
+
+
 def lit():
     floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.1, reflectance=0.5)
     return sf.solve(sf.Scene([floor], [sf.DirectionalLight([0, 0, -1], [4.0, 2.0, 1.0])], camera=ABOVE))
@@ -195,6 +228,75 @@ def test_a_click_tells_the_values_of_a_surfel(browser, tmp_path):
     assert 100 < marked.sum() < 1500
     browser.settled(lambda: browser.click(20, 180))  # where nothing is
     assert not (np.abs(browser.picture() - [230, 0, 89]) <= 3).all(axis=-1).any()
+
+
+@pytest.mark.slow
+def test_a_click_tells_positions_to_a_thousandth_of_the_radius(browser, tmp_path):
+    """Northings of a survey had six digits: they were rounded to 10 m."""
+    place = np.array([512345.67812, 5412345.67834, 312.51256])
+    s = sf.Surfels(np.add(place, [[0, 0, 0], [1.0, 0.37, 0]]), [[0, 0, 1]] * 2, radii=0.2)
+    camera = sf.Camera(np.add(place, [0, 0, 4]), place, up=(0, 1, 0), fov=ABOVE.fov)
+    shown(browser, tmp_path, s, camera=camera)
+    for k, at_pixel in enumerate([(240, 180), (240 + 90, 180 - 33)]):
+        browser.settled(lambda at_pixel=at_pixel: browser.click(*at_pixel))
+        words = browser.run("document.getElementById('values').textContent").split("\n")
+        (said,) = (line.split()[1:] for line in words if line.startswith("position"))
+        np.testing.assert_allclose([float(v) for v in said], s.points[k], rtol=0, atol=2e-4)
+
+
+def told(browser):
+    """What the page tells of the surfel that was clicked, by name."""
+    words = browser.run("document.getElementById('values').textContent").split("\n")
+    return {line.split()[0]: line.split()[1:] for line in words}
+
+
+@pytest.mark.slow
+def test_a_lamp_tells_what_it_sends_alone(browser, tmp_path):
+    """It was said to receive what it sends, and to have 1 of the arrays of others."""
+    floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.1)
+    lamp = sf.AreaLight([-0.25, -0.25, 0.5], [0.5, 0, 0], [0, 0.5, 0], [20, 10, 5])  # shines up
+    solution = sf.solve(sf.Scene([floor], [lamp]), insert=False)
+    values = {"mine": np.full((len(floor), 3), 1.0), "number": np.arange(len(floor))}
+    colors = ["radiosity", "irradiance", "direct", "indirect", "mine", "number"]
+    shown(browser, tmp_path, solution, colors=colors, values=values)
+    browser.settled(lambda: browser.click(240, 180))
+    said = told(browser)
+    assert [*said] == ["lamp", "position", "radius", "radiosity"]
+    assert [float(v) for v in said["radiosity"]] == pytest.approx([20, 10, 5], rel=4e-3)
+    assert said["position"] == ["0.0000", "0.0000", "0.5000"]
+    browser.settled(lambda: browser.click(240 + 80, 180))
+    assert [*told(browser)][3:] == colors
+
+
+@pytest.mark.slow
+def test_numbers_have_a_scale_and_are_told(browser, tmp_path):
+    floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.01)
+    kelvins, seconds = np.linspace(293.15, 293.45, len(floor)), 1.7e9 + np.arange(len(floor))
+    seconds[-1] = np.nan
+    values = {"kelvins": kelvins, "few": np.where(kelvins > 293.3, 2.0, 1.0), "seconds": seconds}
+    shown(browser, tmp_path, floor, "#color=kelvins", values=values, colors=[*values, "normal"])
+
+    def note():
+        return browser.run("document.getElementById('note').textContent")
+
+    low, high = np.percentile(kelvins, [1, 99])
+    assert note() == f"kelvins; purple is {low:.6g}, yellow is {high:.6g} (1st to 99th percentile)"
+    browser.run("location.hash = '#color=few'")
+    browser.wait("document.getElementById('note').textContent.startsWith('few')")
+    assert note() == "few; purple is 1, yellow is 2"
+    browser.settled(lambda: browser.run("location.hash = '#panel=0&color=seconds'"))
+    for column, row in ((240, 180), (200, 120)):
+        browser.settled(lambda column=column, row=row: browser.click(column, row))
+        said = told(browser)
+        k = int(said["surfel"][0])
+        assert float(said["kelvins"][0]) == pytest.approx(kelvins[k], abs=1e-4)
+        assert float(said["few"][0]) == values["few"][k]
+        assert float(said["seconds"][0]) == seconds[k]
+    corner = floor.points[-1]
+    browser.settled(lambda: browser.click(240 + 90 * corner[0], 180 - 90 * corner[1]))
+    assert told(browser)["seconds"] == ["NaN"]
+    browser.settled(lambda: browser.run("location.hash = '#color=normal'"))
+    assert "purple" not in note()
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def pair(**options):
 def grid(n=21, spacing=0.1, **options):
     x = spacing * (np.arange(n) - (n - 1) / 2)
     points = [[a, b, 0] for b in x for a in x]
-    return sf.Surfels(points, [[0, 0, 1]] * n**2, radii=1.1 * spacing, **options)
+    return sf.Surfels(points, [[0, 0, 1]] * n**2, **({"radii": 1.1 * spacing} | options))
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +102,20 @@ def test_splats_run_into_each_other_but_not_around_edges(window):
     assert image[300, 170:448, 1].max() < 5  # no green on the floor
 
 
+def test_splats_of_a_sheet_close_behind_do_not_shine_through(window):
+    """A red board before a blue wall, a third of a radius and more away: of patches it was (169, 0, 160)."""
+    patches = [
+        sf.Surfels.from_mesh(([[x, y, z] for x, y, _ in SQUARE[0]], SQUARE[1]), 0.02, color)
+        for z, color in ((0, BLUE), (0.04, RED))
+    ]
+    floor = grid(radii=0.1, reflectance=BLUE)
+    disks = [floor, sf.Surfels(np.add(floor.points, [0, 0, 0.05]), floor.normals, radii=0.1, reflectance=RED)]
+    for thing in (patches, disks):
+        image = shot(window(sf.Scene(thing), style="splats"))[200:400, 200:400]
+        assert image[..., 2].mean() < 15
+        assert image[..., 0].mean() > 225
+
+
 def test_patches_are_polygons(window):
     for style in ("disks", "splats"):
         image = shot(window(sf.Surfels.from_mesh(SQUARE, reflectance=RED), style=style))
@@ -128,6 +142,19 @@ def test_a_scale_that_leaves_outliers_out_says_so(window):
         view = window(many, values={"lux": values}, color="lux")
         (bar,) = view.plotter.scalar_bars.values()
         assert ("percentile" in bar.GetTitle()) == says
+
+
+@pytest.mark.parametrize(("low", "high"), [(293.15, 293.45), (1100.0, 1180.0), (1.7e9, 1.7e9 + 3)])
+def test_labels_of_a_scale_can_be_told_apart_and_are_in_the_window(window, low, high):
+    """Kelvins all were 293."""
+    view = window(grid(9, 0.1), values={"x": np.linspace(low, high, 81)}, color="x")
+    bar = view.plotter.scalar_bars["colours"]
+    labels = [bar.GetLabelFormat() % x for x in np.linspace(low, high, 5)]
+    assert len(set(labels)) == 5
+    assert [float(x) for x in labels] == pytest.approx(np.linspace(low, high, 5), abs=0.02 * (high - low))
+    ink = (shot(view)[170:430, 470:] < 90).all(axis=-1).any(axis=0)  # of letters; the bar itself has colours
+    assert ink[60:].any()
+    assert not ink[-5:].any()
 
 
 def test_every_colour_that_there_is_can_be_shown(window, lit):
@@ -279,6 +306,32 @@ def test_another_zeta_is_a_new_solution(window):
     i = int(np.argmin(np.linalg.norm(after.surfels.points - [-0.7, -0.7, 0], axis=1)))
     assert at(shot(view), *after.surfels.points[i, :2]) == pytest.approx(member_colors(after.cut[i : i + 1])[0], abs=1)
     assert not window(sf.Scene([floor])).can_solve()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("color", ["mine", "level", "parent"])
+def test_another_zeta_keeps_arrays_of_others_and_shows_what_there_is(window, color):
+    floor = sf.Surfels.from_mesh(SQUARE, 0.02, 0.5)
+    wall = sf.Surfels.from_mesh(([[0, -1, 0], [0, 1, 0], [0, 1, 1], [0, -1, 1]], [[3, 2, 1, 0]]), 0.02, 0.5)
+    scene = sf.Scene([floor, wall], [sf.AreaLight([-0.8, -0.2, 1.5], [0, 0.4, 0], [0.4, 0, 0], 30.0)], camera=ABOVE)
+    fine = sf.solve(scene, transport="rays", zeta=0.02, threads=1)
+    scene.solve_options = {"transport": "rays", "insert": False}
+    mine, cubes = fine.surfels.points[:, 0] * 1.0, fine.surfels.points**3
+    view = window(fine, color=color, values={"mine": mine, "cubes": cubes})
+    assert view.subject.inserted().any()
+    view.solve_again(0.5, progress=False)
+    after = view.subject
+    assert not after.inserted().any()
+    assert view.color == ("mine" if color == "mine" else "radiosity")
+    assert (f"that has no {color}: radiosity is shown" in caption(view, view.shown())) == (color != "mine")
+    assert "surfels" in view.plotter.actors
+    # The mean of x over its parts is a patch's own.
+    np.testing.assert_allclose(after.values["mine"], after.surfels.points[:, 0], atol=1e-3)
+    assert after.values["cubes"].shape == (len(after), 3)
+    scene.solve_options = {"transport": "rays"}
+    view.solve_again(0.02, progress=False)  # parts have what was given for them at first
+    assert len(view.subject) == len(fine.surfels)
+    np.testing.assert_array_equal(view.subject.values["mine"], mine)
 
 
 WRONG = [

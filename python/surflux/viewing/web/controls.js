@@ -11,7 +11,8 @@ function readScene() {
   for (let k = 0; k < bytes.length; ++k) bytes[k] = text.charCodeAt(k);
   const types = { float32: Float32Array, int16: Int16Array, uint32: Uint32Array };
   const part = ([type, from, count]) => new types[type](bytes.buffer, from, count);
-  const colors = about.colors.map((color) => (color.data ? { ...color, data: part(color.data) } : color));
+  const colors = about.colors.map(({ data, above, ...color }) =>
+    ({ ...color, data: data && part(data), above: above && part(above) }));
   const { irradiance, direct, reflectance, emission, ...others } = about.turning || {};
   const waves = (of) => of && { waves: part(of.waves), scales: part(of.scales) };
   const turning = about.turning && { ...others, irradiance: waves(irradiance), direct: waves(direct),
@@ -77,9 +78,14 @@ function start() {
     waiting ||= requestAnimationFrame(() => draw(slow ? 0 : 1));
   };
 
+  const numbers = (values, digits = 6) => Array.from(values, (v) => Number(v.toPrecision(digits))).join("  ");
   function note() {
-    const { label, white, unit, turns } = scene.colors[look.color];
+    const { kind, label, white, unit, turns, low, high, digits, trimmed } = scene.colors[look.color];
     const said = white ? [label, `white is ${(white / look.exposure).toPrecision(3)} ${unit}`.trim()] : [label];
+    if (kind === "number") {
+      const ends = `purple is ${numbers([low], digits)}, yellow is ${numbers([high], digits)}`;
+      said.push(trimmed ? `${ends} (1st to 99th percentile)` : ends);
+    }
     if (turns) said.push(`turned by ${Number(look.turn.toPrecision(4))}\u00b0`);
     find("note").textContent = said.join("; ");
     find("exposure").disabled = !white;
@@ -102,20 +108,23 @@ function start() {
     find("turn").value = look.turn = ((degrees % 360) + 360) % 360;
     note(), tell(), redraw();
   }
-  const numbers = (values, digits = 6) => Array.from(values, (v) => Number(v.toPrecision(digits))).join("  ");
+  const fixed = (v, decimals) => v.toFixed(decimals).replace(/^-(?=[0.]*$)/, ""); // no -0.000
   // The values of the marked surfel.
   function tell() {
     const k = look.marked;
     find("values").style.display = k < 0 ? "none" : "block";
     if (k < 0) return;
-    const place = scene.places.subarray(4 * k, 4 * k + 3);
+    const [x, y, z, radius] = scene.places.subarray(4 * k, 4 * k + 4);
+    const decimals = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(radius)))); // of a thousandth of the radius
     const lines = [
       `${k < scene.surfels ? "surfel" : "lamp"} ${scene.indices[k]}`,
-      `position     ${numbers(Array.from(place, (v, c) => v + scene.origin[c]))}`,
-      `radius       ${numbers([scene.places[4 * k + 3]])}`,
+      `position     ${[x, y, z].map((v, c) => fixed(v + scene.origin[c], decimals)).join("  ")}`,
+      `radius       ${numbers([radius])}`,
     ];
-    for (const { kind, name, turns, data, white } of scene.colors) {
-      if (kind !== "light") continue;
+    for (const { kind, name, turns, data, white, sent, low, above, digits } of scene.colors) {
+      if (kind === "number" && k < scene.surfels)
+        lines.push(`${name.padEnd(12)} ${numbers([low + above[k]], digits + 1)}`);
+      if (kind !== "light" || (k >= scene.surfels && !sent)) continue; // what a lamp receives is not known
       const light = turns ? drawing.turning.at(name, k, look.turn) : unpackLight(data[k], white);
       lines.push(`${name.padEnd(12)} ${numbers(light, 3)}`);
     }

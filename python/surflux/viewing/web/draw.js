@@ -1,6 +1,7 @@
 // Drawing surfels by WebGL 2. First what is nearest at each pixel: its depth, its normal, which surfel, its colour.
 // Then splats: every pixel takes the mean of the surfels around the place that it shows, by Gaussian weights (object
-// space, as Ren, Pfister and Zwicker 2002), of those alone that face about the same way.
+// space, as Ren, Pfister and Zwicker 2002), of those alone that face about the same way and are of the same sheet: a
+// quarter of their radius off it, along the mean of both normals, which on a ball is 0, they hardly count.
 
 const WIDTH = 2048; // of textures by surfel
 const COMMON = `#version 300 es
@@ -92,7 +93,8 @@ void main() {
   vec3 away = (at - vPlace.xyz) / vPlace.w;
   float d = dot(away, away);
   if (d > uReach * uReach || dot(n, vNormal) < 0.5) discard;
-  float w = exp(-2.0 * d);
+  float off = 4.0 * dot(away, normalize(n + vNormal));
+  float w = exp(-2.0 * (d + off * off * off * off));
   oSum = vec4(w * texelFetch(uColor, ivec2(vIndex % ${WIDTH}, vIndex / ${WIDTH}), 0).rgb, w);
 }`;
 const SCREEN_VERTEX = `#version 300 es
