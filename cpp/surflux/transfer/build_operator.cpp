@@ -139,9 +139,12 @@ private:
         const auto unlikeness = [&](const std::uint32_t* members, std::size_t count, std::uint64_t stream) {
             return oracle.unlikeness(members, count, stream);
         };
+        const auto walled = [&](const std::uint32_t* members, std::size_t middle, std::size_t count,
+                                std::uint64_t stream) { return oracle.walled(members, middle, count, stream); };
         require(options_.senders <= TransportOperator::most_senders / 2, "senders: wanted at most ",
                 TransportOperator::most_senders / 2, ", got ", options_.senders);
-        out_.senders = SenderGroups(scene_, out_.areas, of_surfel, options_.senders, unlikeness, stage("grouping"));
+        out_.senders =
+            SenderGroups(scene_, out_.areas, of_surfel, options_.senders, unlikeness, walled, stage("grouping"));
         out_.samples =
             sample_senders(scene_, points_, out_.areas, out_.senders, options_.samples, options_.seed + sample_stream);
         watch_.lap("grouping");

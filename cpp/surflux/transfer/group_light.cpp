@@ -211,8 +211,9 @@ Vec3 GroupLight::end_of(const Emitter& emitter, std::size_t sample, Random& rand
     return from;
 }
 
-// A cut through the tree below which each node has a ray or, of leaves, more.
-std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays) const {
+// A cut through the tree below which each node has a ray or, of leaves, more. Where a ray arrives on one side of a wall
+// says nothing of the other.
+std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays, bool across) const {
     std::vector<Shot> out;
     const double all = groups_.size() > 0 ? static_cast<double>(light.power[0]) : 0.0;
     if (!(all > 0.0)) return out;
@@ -223,7 +224,7 @@ std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::siz
         const SenderGroups::Node& node = groups_.nodes[k];
         const double wanted = static_cast<double>(rays) * static_cast<double>(light.power[k]) / all;
         if (wanted == 0.0) continue;
-        if (node.is_leaf() || wanted <= 1.0) {
+        if (node.is_leaf() || (wanted <= 1.0 && (across || !node.is_walled()))) {
             const std::size_t most = !node.is_leaf()                                 ? 1
                                      : wide_samples(light, of_leaves_.number[k]) > 0 ? most_wide
                                                                                      : samples_.of_leaf;
@@ -274,7 +275,8 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
         find_unoccluded(*light, narrow, reflectance, options.seed, all);
         const auto more = static_cast<double>(more_rays - 1) * wide_share(all);
         const std::vector<Shot> shots =
-            plan(all, options.rays + static_cast<std::size_t>(more * static_cast<double>(options.rays)));
+            plan(all, options.rays + static_cast<std::size_t>(more * static_cast<double>(options.rays)),
+                 options.shares_across);
         parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
             std::vector<std::size_t> samples;
             std::vector<Ray> rays;

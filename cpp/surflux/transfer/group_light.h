@@ -16,14 +16,15 @@ namespace surflux {
 struct GroupLightOptions {
     std::size_t rays = 16384;  // shadow rays towards each light, about; of wide ones up to four times as many
     std::uint64_t seed = 0;
-    bool shares_narrow = true;  // among disks, of lamps close to some and of narrow spots (NarrowLight)
+    bool shares_narrow = true;   // among disks, of lamps close to some and of narrow spots (NarrowLight)
+    bool shares_across = false;  // a ray among groups that a wall parts, too: right on the mean alone
 };
 
 // Irradiance of groups of surfels from point, spot, area and directional lights. Unoccluded it is the mean over all
 // samples of a group or, where these are too few to tell it, over its surfels in closed form; which share of it arrives
 // is found by shadow rays from some of them, drawn by what they would have (a ratio estimator): the more rays, the more
 // of all light the group would send. Where that is less than a ray, groups that are neighbours in the tree share one,
-// so that what a ray says is never more than there may be.
+// so that what a ray says is never more than there may be; but not across walls (SenderGroups::Node::is_walled).
 class GroupLight {
 public:
     // `areas`: what of each surfel receives light. All must live as long.
@@ -52,7 +53,7 @@ private:
     double wide_share(const Unoccluded& light) const;
     std::size_t wide_samples(const Unoccluded& light, std::size_t leaf) const;
     Vec3 end_of(const Emitter& emitter, std::size_t sample, Random& random) const;
-    std::vector<Shot> plan(const Unoccluded& light, std::size_t rays) const;
+    std::vector<Shot> plan(const Unoccluded& light, std::size_t rays, bool across) const;
     void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
 
     const CompiledScene& scene_;

@@ -59,7 +59,8 @@ Vec3 median(const std::vector<Vec3>& positions) {
 }  // namespace
 
 SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas, const std::vector<double>& weight,
-                           std::size_t most, const Unlikeness& unlikeness, const Progress& progress) {
+                           std::size_t most, const Unlikeness& unlikeness, const Walled& walled,
+                           const Progress& progress) {
     const Surfels& s = scene.surfels;
     Bisection halving(s.size(), normal_weight);
     const auto place = [&](std::uint32_t i) { return PlaceAndNormal{s.positions[i], s.normals[i]}; };
@@ -70,6 +71,7 @@ SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas,
     };
     std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, decltype(less)> open(less);
     open.push(0);
+    std::vector<char> is_walled(1, 0);
     std::size_t count = 1;
     while (count < most && !open.empty()) {
         report(progress, count, most);
@@ -88,6 +90,7 @@ SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas,
             nodes[nodes.size() - 2].parent = nodes.back().parent = node;
             ++count;
         }
+        is_walled.resize(nodes.size(), 0);
         parallel_for(nodes.size() - before, 4, [&](std::size_t k) {
             Node& node = nodes[before + k];
             const Range range = ranges[before + k];
@@ -100,11 +103,18 @@ SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas,
             const Lit lit = unlikeness(halving.order.data() + range.first, range.last - range.first, before + k);
             node.weight *= lit.unlike;
             if (lit.parted) node.alike = 0.0f;
+            if (k % 2 == 1) return;
+            const Range both = ranges[parent];
+            is_walled[parent] =
+                walled(halving.order.data() + both.first, range.last - both.first, both.last - both.first, parent);
         });
         for (std::size_t k = before; k < nodes.size(); ++k) open.push(static_cast<std::uint32_t>(k));
     }
-    for (std::size_t k = nodes.size(); k-- > 1;)  // what parts some parts all
-        if (nodes[k].alike == 0.0f) nodes[nodes[k].parent].alike = 0.0f;
+    for (std::size_t k = nodes.size(); k-- > 0;) {  // what parts some parts all
+        Node& node = nodes[k];
+        if (is_walled[k] != 0) node.alike = Node::walled;
+        if (k > 0 && !(node.alike > 0.0f)) nodes[node.parent].alike = std::min(nodes[node.parent].alike, node.alike);
+    }
     number_by_place(ranges);
     leaf_of_surfel.resize(scene.surfels.size());
     for (std::uint32_t k = 0; k < nodes.size(); ++k)

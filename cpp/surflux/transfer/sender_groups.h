@@ -23,9 +23,13 @@ public:
         std::uint32_t parent = none, child = none;  // the first of two, which are neighbours; none of a leaf
         float area = 0.0f;
         float radius = 0.0f;  // of a sphere around the mean position, around all of its surfels
-        float alike = 0.0f;   // length of the mean of their normals; 0 where light of some is hidden from others
+        // Length of the mean of their normals; 0 where light of some is hidden from others, `walled` where a wall has
+        // some of them on one side and some on the other.
+        float alike = 0.0f;
         float weight = 0.0f;  // times what its surfels are unlike
+        static constexpr float walled = -1.0f;
         bool is_leaf() const { return child == none; }
+        bool is_walled() const { return alike == walled; }
     };
 
     SenderGroups() = default;
@@ -36,11 +40,14 @@ public:
         bool parted = false;  // is light of some hidden from others?
     };
     using Unlikeness = std::function<Lit(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)>;
+    // Does a wall part the two halves of a group, of which the second begins at `middle`?
+    using Walled =
+        std::function<bool(const std::uint32_t* surfels, std::size_t middle, std::size_t count, std::uint64_t stream)>;
     // `areas`: what of each surfel sends and receives; others are in groups, too, for rays that meet them. `weight`:
     // how much light is to be expected there, by area: the groups are halved first for which, times `unlikeness`, it is
     // most.
     SenderGroups(const Scene& scene, const std::vector<double>& areas, const std::vector<double>& weight,
-                 std::size_t leaves, const Unlikeness& unlikeness, const Progress& progress);
+                 std::size_t leaves, const Unlikeness& unlikeness, const Walled& walled, const Progress& progress);
 
     std::size_t size() const { return nodes.size(); }
     // What sends for a surfel that is met: the largest group around it that a circle of radius `reach` covers, or the

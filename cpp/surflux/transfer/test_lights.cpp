@@ -58,7 +58,7 @@ TestLights::TestLights(const GroupLight& light, const SenderGroups& senders, con
         const auto light_up = [&](std::size_t l) {
             report(progress, first + l, places.size());
             const std::vector<float> direct = light.irradiance({PointLight{places[first + l], {1.0, 1.0, 1.0}}},
-                                                               reflectance, {rays_of_lamp, seed, false});
+                                                               reflectance, {rays_of_lamp, seed, false, true});
             for (const std::uint32_t leaf : leaves) {
                 const float* of_leaf = reflectance.data() + colors * leaf;
                 const Rgb reflected{static_cast<double>(of_leaf[0]), static_cast<double>(of_leaf[1]),

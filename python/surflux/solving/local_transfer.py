@@ -88,7 +88,7 @@ class LocalTransfer(Transfer):
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
             shadow_rays: towards each light, of all groups of senders together; of one that is wider than it is far away
-                up to four times as many.
+                up to four times as many, and more where groups would share a ray and walls part them.
             probes, penumbra_rays: of direct light, as `probes` and `shadow_rays` of `solve`.
             seed, threads, progress: see `solve`.
 
