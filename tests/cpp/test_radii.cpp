@@ -120,6 +120,15 @@ TEST(TangentCell, EndsAtABorder) {
     EXPECT_NEAR(covering_radius(piece, 2.0), std::sqrt(0.5), 1e-12);
 }
 
+TEST(TangentCell, IsOpenWhereTheSurfaceEnds) {
+    TangentCell cell;
+    cell.start({}, {0, 0, 1}, 100.0);
+    for (const Vec3& n : {Vec3{1, 0, 0}, Vec3{0, 1, 0}}) cell.cut(n);
+    for (const Vec3& n : {Vec3{-4, 0, 0}, Vec3{0, -4, 0}}) cell.cut_open(n);
+    EXPECT_NEAR(cell.farthest(), 2.0 * std::sqrt(2.0), 1e-12);
+    EXPECT_NEAR(cell.covering_radius(1e9), std::sqrt(0.5), 1e-12);
+}
+
 TEST(Radii, OfASquareGridReachTheMiddlesOfItsCells) {
     const std::vector<Vec3> points = grid(7);
     const std::vector<double> radii = estimate_radii(points);
@@ -254,6 +263,38 @@ TEST(Radii, OfSmallPiecesStayOnThem) {
             }
             const std::vector<double> radii = estimate_radii(points, std::vector<Vec3>(points.size(), {0, 0, 1}));
             EXPECT_LE(*std::max_element(radii.begin(), radii.end()), 2.0) << side << " each way, " << gap << " apart";
+        }
+}
+
+// Disks of small roofs over a ground of the same density reached over all of the street, 15 wide, up to 15.
+TEST(Radii, OfRoofsEndAboveTheStreet) {
+    const auto on_roof = [](const Vec3& p) { return std::fmod(p.x, 25.0) > 15.0 && std::fmod(p.y, 25.0) > 15.0; };
+    for (std::uint64_t seed : {1, 2, 3})
+        for (std::size_t n : {2500, 3000, 4000}) {  // 25 to 40 points a roof
+            std::vector<Vec3> points = samples(n, [](Random& r) { return 100.0 * on_square(r); }, seed);
+            for (Vec3& p : points) p.z = on_roof(p) ? 10.0 : 0.0;
+            const std::vector<double> radii = estimate_radii(points, std::vector<Vec3>(n, {0, 0, 1}));
+            const double spacing = 100.0 / std::sqrt(static_cast<double>(n));
+            double overhang = 0.0;
+            std::vector<Vec3> roofs;
+            std::vector<double> theirs;
+            for (std::size_t i = 0; i < n; ++i) {
+                const Vec3& p = points[i];
+                if (!on_roof(p)) continue;
+                const double to_edge =
+                    5.0 - std::max(std::abs(std::fmod(p.x, 25.0) - 20.0), std::abs(std::fmod(p.y, 25.0) - 20.0));
+                overhang += std::max(0.0, radii[i] - to_edge);
+                roofs.push_back(p);
+                theirs.push_back(radii[i]);
+            }
+            EXPECT_LE(*std::max_element(theirs.begin(), theirs.end()), 7.5) << n << " points, seed " << seed;
+            EXPECT_LE(overhang / static_cast<double>(roofs.size()), 0.45 * spacing) << n << " points, seed " << seed;
+            const Sampler inside = [](Random& r) {
+                const Vec3 p = on_square(r), q = on_square(r);
+                return Vec3{25.0 * std::floor(4.0 * q.x) + 17.0 + 6.0 * p.x,
+                            25.0 * std::floor(4.0 * q.y) + 17.0 + 6.0 * p.y, 10.0};
+            };
+            EXPECT_LE(cover(roofs, theirs, inside, 1600.0).uncovered, 500) << n << " points, seed " << seed;  // 1 %
         }
 }
 

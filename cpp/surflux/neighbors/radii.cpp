@@ -6,6 +6,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
 #include "surflux/neighbors/distinct_places.h"
 #include "surflux/neighbors/plane_fit.h"
 #include "surflux/neighbors/point_index.h"
@@ -29,6 +30,14 @@ constexpr double between_lines = 0.75;  // of the distance between them: as far 
 constexpr double beyond = 1.9;
 constexpr std::size_t twelfth = 12;
 constexpr std::size_t ring = 6;
+// On the border of a small piece the twelfth is far away, or on another surface: how dense the piece is, where there is
+// any of it, say those about as high as the point, as many as there are, and the share of directions that they are in.
+constexpr double as_high = 0.5;         // of its distance one of them stands off the tangent plane, at most
+constexpr double usual_gap = 0.5 * pi;  // between the directions of twelve all around: the widest, on average
+constexpr double least_share = 0.5;     // the root of the least share of directions
+// Of the distance from which on corners are beyond a border: as far aside what is lower or higher than that shows that
+// the surface has ended.
+constexpr double surely_beyond = 2.0 / 3.0;
 constexpr double same_face = 0.8;  // cosine between normals, as for areas (D04 eq. 10)
 // Over the third smallest of the six radii around: at most, so that disks do not bridge a hole with the others on its
 // rim, and at most in order to cover a sheet of one's own. At rims and tips the neighbours that face the other way are
@@ -83,6 +92,8 @@ public:
     struct Work {
         std::vector<Neighbor> near;
         TangentCell cell;
+        std::vector<double> angles;
+        double border_all_around = 0.0, border = 0.0;  // see border_of; below 0 until it is asked for
     };
 
     // How far the disk of point i has to reach; `nearest` gets the around() places next to it.
@@ -92,11 +103,15 @@ public:
         const double half_way = 0.5 * work.near.front().distance, limit = 2.0 * work.near.back().distance;
         const Vec3 normal = normals_.empty() ? plane_around(distinct_.places, work.near, points_[i]) : normals_[i];
         const Vec3 across = across_line(i, normal, work.near);
-        const double border = border_of(work.near);
+        work.border_all_around = border_all_around(i, normal, work.near);
+        work.border = -1.0;
         const auto covering = [&](By by) {
             work.cell.start(points_[i], normal, limit);
             const Met met = cut(i, normal, by, work);
-            return std::pair(work.cell.covering_radius(border), met);
+            // Most corners are nearer than any border can be.
+            const double most = work.border_all_around;
+            const bool closed = work.cell.farthest() <= least_share * most;
+            return std::pair(work.cell.covering_radius(closed ? most : border_of(i, normal, work)), met);
         };
         auto [own, met] = covering(By::own_sheet_to_edges);
         if (length_squared(across) > 0.0) {
@@ -167,12 +182,42 @@ private:
         }
     }
 
-    // How far a corner of the cell is from the point at most, unless that is on a border.
-    static double border_of(const std::vector<Neighbor>& near) {
+    // How far a corner of the cell is from the point at most, unless that is on a border: as if there were neighbours
+    // all around.
+    double border_all_around(std::size_t i, const Vec3& normal, const std::vector<Neighbor>& near) const {
         constexpr double copies = 40.0;  // as much nearer are copies of a place, rounded or shaken, and no piece
         if (near.size() < twelfth || near.back().distance > copies * near[twelfth - 1].distance)
             return std::numeric_limits<double>::infinity();
-        return beyond * near[twelfth - 1].distance;
+        std::size_t count = 0;
+        double reached = 0.0;
+        for (std::size_t k = 0; k < near.size() && count < twelfth; ++k)
+            if (stands_as_high(i, normal, near[k])) ++count, reached = near[k].distance;
+        const double most = near[twelfth - 1].distance;
+        if (count < ring) return beyond * most;
+        return beyond * std::min(most, reached * std::sqrt(static_cast<double>(twelfth) / static_cast<double>(count)));
+    }
+
+    bool stands_as_high(std::size_t i, const Vec3& normal, const Neighbor& n) const {
+        return std::abs(dot(distinct_.places[n.index] - points_[i], normal)) <= as_high * n.distance;
+    }
+
+    // The same by the share of directions that there are neighbours in.
+    double border_of(std::size_t i, const Vec3& normal, Work& work) const {
+        if (work.border >= 0.0) return work.border;
+        work.border = work.border_all_around;
+        const Frame frame = frame_around(normal);
+        std::vector<double>& angles = work.angles;
+        angles.clear();
+        for (std::size_t k = 0; k < std::min(first_look, work.near.size()) && angles.size() < twelfth; ++k) {
+            if (!stands_as_high(i, normal, work.near[k])) continue;
+            const Vec3 d = distinct_.places[work.near[k].index] - points_[i];
+            angles.push_back(std::atan2(dot(d, frame.v), dot(d, frame.u)));
+        }
+        if (angles.size() < ring) return work.border;
+        std::sort(angles.begin(), angles.end());
+        double gap = angles.front() + 2.0 * pi - angles.back();
+        for (std::size_t k = 1; k < angles.size(); ++k) gap = std::max(gap, angles[k] - angles[k - 1]);
+        return work.border *= std::sqrt(1.0 - std::max(0.0, gap - usual_gap) / (2.0 * pi));
     }
 
     // Cuts the cell by neighbours that do not face the other way, those around a crease at its edge or like the others;
@@ -194,8 +239,10 @@ private:
                 const Vec3& other = distinct_.places[n.index];
                 if (by != By::all && cosine < -same_face) {
                     met.other_sheet = true;
-                } else if (by != By::own_sheet_to_edges || cosine > same_face || facing_[n.index] == Vec3{}) {
+                } else if (cosine < -same_face) {
                     work.cell.cut(other);
+                } else if (by != By::own_sheet_to_edges || cosine > same_face || facing_[n.index] == Vec3{}) {
+                    cut_up_to_steps(i, normal, n, work);
                 } else {
                     met.crease = true;
                     cut_around_crease(points_[i], normal, other, facing_[n.index], work.cell);
@@ -203,6 +250,22 @@ private:
             }
         }
         return met;
+    }
+
+    // What is seen beside the point, but farther above or below it than beside, is no more of its own surface where
+    // that would reach it only over a gap: the surface ends before it, and corners there are open.
+    void cut_up_to_steps(std::size_t i, const Vec3& normal, const Neighbor& n, Work& work) const {
+        const Vec3& other = distinct_.places[n.index];
+        const double over = dot(other - points_[i], normal), squared = n.distance * n.distance;
+        if (2.0 * over * over <= squared) return work.cell.cut(other);
+        const double aside = std::sqrt(std::max(0.0, squared - over * over));
+        const double gap = surely_beyond * border_of(i, normal, work);
+        if (aside > gap)
+            work.cell.cut_open(other - over * normal);
+        else if (squared > 2.0 * aside * gap)  // half way, along the plane
+            work.cell.cut_open(other);
+        else
+            work.cell.cut(other);
     }
 
     // Around a crease a disk has to reach the edge, where the other's plane meets its own. Where the two do not form an

@@ -13,8 +13,10 @@ namespace surflux {
 // covered by the disks of its own three corners, each its nearest part (see tangent_cell.h). In an acute triangle that
 // is its circumradius: disks of the covering radius, to the corners of Voronoi cells (Conway and Sloane 1999, Sphere
 // Packings, Lattices and Groups, chapter 2), but a point's own, so that they follow the density. On borders, where
-// cells are open, disks reach half way to the neighbours. The distance to the k-th neighbour, which is usual, leaves
-// gaps where points are uneven, or overlaps three times as much.
+// cells are open, disks reach half way to the neighbours. Cells are open, too, where only another piece across a gap
+// closes them, by how dense the points of the surface are, or what is seen far below or above: a roof's disks end at
+// the street. The distance to the k-th neighbour, which is usual, leaves gaps where points are uneven, or overlaps
+// three times as much.
 //
 // With normals, the disks lie in their planes, and each side of a thin sheet covers itself: neighbours that face the
 // other way do not count, unless that makes a disk more than 1.5 times what is usual around. Without, the planes are

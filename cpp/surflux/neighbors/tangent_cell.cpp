@@ -33,7 +33,7 @@ void TangentCell::start(const Vec3& center, const Vec3& normal, double limit) {
     }
 }
 
-void TangentCell::cut(const Vec3& neighbor, bool crease) {
+void TangentCell::cut(const Vec3& neighbor, bool crease, bool open) {
     const Vec3 d = neighbor - center_;
     const double x = dot(d, frame_.u), y = dot(d, frame_.v);
     const double flat = x * x + y * y;
@@ -56,7 +56,7 @@ void TangentCell::cut(const Vec3& neighbor, bool crease) {
         if ((fa <= 0.0) == (fb <= 0.0)) continue;
         const double t = fa / (fa - fb);
         const Corner at{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.nx, a.ny, a.crease};
-        keep(fa <= 0.0 ? Corner{at.x, at.y, nx, ny, crease} : at);
+        keep(fa <= 0.0 ? Corner{at.x, at.y, open ? 0.0 : nx, open ? 0.0 : ny, crease} : at);
     }
     farthest_ = std::sqrt(farthest_);
     std::swap(corners_, cut_);

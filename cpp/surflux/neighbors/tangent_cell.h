@@ -19,6 +19,8 @@ public:
     // By the line half way to `image`, behind which a crease hides what the disk has to reach, and no disk comes to
     // meet it: `image` is the centre's own, mirrored.
     void cut_at_crease(const Vec3& image) { cut(image, true); }
+    // By the line half way to what is no more of the centre's surface, which ends before it: corners there are open.
+    void cut_open(const Vec3& place) { cut(place, false, true); }
     // To the farthest corner, open ones included: no neighbour more than twice as far away can cut any more (Levy and
     // Bonneel 2012, radius of security).
     double farthest() const { return farthest_; }
@@ -34,7 +36,7 @@ private:
         double nx, ny;  // the neighbour, turned down, whose bisector the side from here on belongs to; 0, 0: none's
         bool crease;
     };
-    void cut(const Vec3& neighbor, bool crease);
+    void cut(const Vec3& neighbor, bool crease, bool open = false);
 
     Vec3 center_;
     Frame frame_;

@@ -5,6 +5,12 @@ Relative radiance towards a direction at the angle zeta from the zenith and gamm
     (1 + a exp(b / cos zeta)) (1 + c exp(d gamma) + e cos^2 gamma)
 
 with a to e by the clearness and the brightness of the sky, which direct and diffuse irradiance tell.
+
+Limited are the brightness, as gendaylit does; radiance, to at least 0; and b, at most 0 in the skies that were fitted.
+Above 0 it comes of carrying a bin's line on to skies brighter or darker than those, and the gradation, which then grows
+without bound towards the horizon, leaves of the sky nothing but a ring there (a above 0: the sun below 8 degrees in a
+bright sky, e^27 times the radiance of the zenith), nothing but a spot at the zenith, or nothing at all (a below 0).
+Such a sky is as bright towards the horizon as at the zenith, but for what is around the sun; gendaylit keeps the ring.
 """
 
 import numpy as np
@@ -70,7 +76,7 @@ def brightness(zenith, diffuse, day):
 
 
 def shape(zenith, clear, bright):
-    """(h, 5): a, b, c, d and e of skies with the sun at `zenith` (h,), in radians."""
+    """(h, 5): a, b, c, d and e of skies with the sun at `zenith` (h,), in radians; limited, see above."""
     which = np.searchsorted(_BINS, clear, side="right")
     partly = (clear > _PARTLY[0]) & (clear < _PARTLY[1])
     bright = np.clip(np.where(partly, np.maximum(bright, _LEAST_BRIGHTNESS), bright), *_BRIGHTNESS)
@@ -81,6 +87,7 @@ def shape(zenith, clear, bright):
     overcast_d = -np.exp(bright * (d[:, 0] + d[:, 1] * zenith)) + d[:, 2] + bright * d[:, 3]
     found[:, 2] = np.where(which == 0, overcast_c, found[:, 2])
     found[:, 3] = np.where(which == 0, overcast_d, found[:, 3])
+    found[found[:, 1] > 0.0, :2] = 0.0
     return found
 
 

@@ -43,9 +43,11 @@ class Sky:
     and the sun, a DirectionalLight (`Sky.lights`). `SkyTransfer.relight` takes it by patches.
 
     The radiance of the sky is that of the all-weather model of Perez, Seals and Michalsky (1993, with its erratum),
-    scaled so that a level plane receives `diffuse` of it exactly. The ground, all of the lower half, reflects `albedo`
-    of what a level plane receives, evenly. Where neither direct_normal nor diffuse are given the sky is clear (Ineichen
-    and Perez 2002). While the sun is down there is no beam, and what is diffuse comes evenly from all of the sky.
+    scaled so that a level plane receives `diffuse` of it exactly. Where its gradation would grow without bound towards
+    the horizon (a low sun in a bright sky, a high one in a dim sky; gendaylit has a ring there), it is even. The
+    ground, all of the lower half, reflects `albedo` of what a level plane receives, evenly. Where neither direct_normal
+    nor diffuse are given the sky is clear (Ineichen and Perez 2002). While the sun is down there is no beam, and what
+    is diffuse comes evenly from all of the sky.
 
     Sun positions and clear skies need pvlib, `pip install 'surflux[solar]'`; `Sky.from_sun` does not.
 
@@ -129,7 +131,8 @@ class Sky:
 
         Args:
             path: of the file. Where its time zone does not fit its own sun, that of the sun is taken, with a warning.
-            hour: row, from 0: 24 (day - 1) + the hour at which it begins, in the standard time of the place.
+            hour: row, from 0: 24 (day - 1) + the hour at which it begins, in the standard time of the place; in a file
+                of several records an hour so many times that, and the sun stands in the middle of the record.
             albedo: of the ground.
 
         Raises:

@@ -14,15 +14,18 @@ from surflux._base import check
 from surflux._base.types import Floats
 from surflux._base.warn import warn
 
-_STEP = np.timedelta64(30, "m")
-# Half-hours east of Greenwich that a file's own sun is held against, and how much better one of them must fit.
+_HOUR = 3_600_000  # ms
+# Half-hours east of Greenwich that a file's own sun is held against, and how much better one of them must fit: in
+# correlation with what arrives above the air; in the share of records that are light when the sun is up, of which half
+# an hour is a twenty-fourth: both ends of the day move.
 _ZONES = np.arange(-24, 29) / 2.0
-_BETTER = 0.01
+_BETTER, _BETTER_LIGHT = 0.01, 0.03
+_LIGHT = 1.0  # W/m2: from there on a record is no night
 
 
 @dataclass(frozen=True, eq=False)
 class Weather:
-    """Hours of weather at a place: times (h,) are UTC, datetime64[ms], in the middle of each."""
+    """Records of weather at a place: times (h,) are UTC, datetime64[ms], in the middle of each; hours: each lasts."""
 
     latitude: float
     longitude: float
@@ -30,6 +33,7 @@ class Weather:
     times: Any
     direct_normal: Floats
     diffuse: Floats
+    hours: float
 
 
 def _pvlib():
@@ -87,8 +91,8 @@ def hours_of_year(year, longitude):
     """(8760,) or (8784,): middles of all hours of a year, in the zone of full hours nearest to mean solar time."""
     check.count("year", year, 1950, 2100)
     zone = np.timedelta64(round(longitude / 15.0), "h")
-    first, last = (np.datetime64(f"{y}-01-01T00:00", "ms") - zone for y in (year, year + 1))
-    return np.arange(first + _STEP, last, np.timedelta64(1, "h"))
+    first, last = (np.datetime64(f"{y}-01-01T00:30", "ms") - zone for y in (year, year + 1))
+    return np.arange(first, last, np.timedelta64(1, "h"))
 
 
 def day_of_year(times):
@@ -127,10 +131,11 @@ def clear_sky(times, latitude, longitude, altitude, turbidity):
 
 
 def read_weather(path):
-    """Weather of an EPW file: typical hours, whose years may differ from month to month.
+    """Weather of an EPW file: typical hours, whose years may differ from month to month; or parts of hours.
 
     The time zone is the header's where the extraterrestrial radiation of the file agrees with it; where it fits the sun
-    of another zone better, that one, with a warning.
+    of another zone better, that one, with a warning. In a file without that radiation, morning's first and evening's
+    last light say the same, which clouds of one half of the day do not move.
 
     Raises:
         FileError: it cannot be read.
@@ -140,8 +145,10 @@ def read_weather(path):
     try:
         with open(path, encoding="utf-8", errors="replace") as file, _own_calls_of_pvlib():
             table, about = pvlib.iotools.read_epw(file)
-        columns = {name: table[name].to_numpy(float) for name in ("dni", "dhi", "ghi", "etr")}
-        wall = table.index.tz_localize(None).to_numpy().astype("datetime64[ms]") + _STEP
+        if not len(table):
+            raise ValueError("without records")
+        columns = {name: table[name].to_numpy(float) for name in ("dni", "dhi", "etr")}
+        begins = table.index.tz_localize(None).to_numpy().astype("datetime64[ms]")
         place = [float(about[name]) for name in ("latitude", "longitude", "altitude", "TZ")]
     except OSError as error:
         raise _core.FileError(f"{path}: {error.strerror or error}") from None
@@ -155,27 +162,47 @@ def read_weather(path):
     latitude, longitude, altitude, zone = place
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(zone) <= 15.0 and np.isfinite(altitude)):
         raise _core.FileError(f"{path}: its header has no place on earth: latitude, longitude, altitude, zone {place}")
-    zone = _zone(path, wall, columns, place)
+    wall, hours = _middles(path, begins)
+    zone = _zone(path, wall, hours, columns, place)
     times = wall - np.timedelta64(round(60.0 * zone), "m")
-    return Weather(latitude, longitude, altitude, times, columns["dni"], columns["dhi"])
+    return Weather(latitude, longitude, altitude, times, columns["dni"], columns["dhi"], hours)
 
 
-def _zone(path, wall, columns, place):
+def _middles(path, begins):
+    """(middles (h,), hours that each lasts) of records in the hours that begin then; those of one hour share it."""
+    first = np.flatnonzero(np.r_[True, begins[1:] != begins[:-1]])
+    each = np.diff(np.r_[first, len(begins)])
+    if each.min() != each.max() or _HOUR % each[0]:
+        counts = f"{each.min()} to {each.max()}" if each.min() != each.max() else str(each[0])
+        raise _core.FileError(f"{path}: wanted equal parts of hours, got {counts} records an hour")
+    lasts = np.timedelta64(_HOUR // int(each[0]), "ms")
+    which = np.arange(len(begins)) - np.repeat(first, each)
+    return begins + which * lasts + lasts / 2, 1.0 / int(each[0])
+
+
+def _zone(path, wall, hours, columns, place):
     """Hours east of Greenwich, by the file's header or by its own sun."""
     latitude, longitude, altitude, said = place
-    own = columns["etr"] if np.ptp(columns["etr"]) > 0.0 and columns["etr"].max() < 2000.0 else columns["ghi"]
-    if not np.ptp(own) > 0.0:
+    above, light = columns["etr"], columns["dni"] + columns["dhi"]
+    zones = np.r_[said, _ZONES[np.abs(_ZONES - longitude / 15.0) <= 3.0]]
+
+    def heights(offsets):
+        """(zones, offsets, h) of the sun, in degrees, so many hours from the middles; each time is looked up once."""
+        seconds = np.round(3600.0 * (np.asarray(offsets) - zones[:, None])).astype("timedelta64[s]")
+        times, where = np.unique(wall + seconds[..., None], return_inverse=True)
+        found, _ = sun_angles(times, latitude, longitude, altitude)
+        return found[where].reshape(len(zones), -1, len(wall))
+
+    if np.ptp(above) > 0.0 and above.max() < 2000.0:
+        better = _BETTER
+        fits = [np.corrcoef(sine, above)[0, 1] for sine in np.sin(np.radians(heights([0.0])[:, 0])).clip(0.0)]
+    elif light.max() >= _LIGHT > light.min():
+        better = _BETTER_LIGHT
+        fits = np.mean((heights([-hours / 3.0, hours / 3.0]).max(axis=1) > 0.0) == (light >= _LIGHT), axis=1)
+    else:
         return said
-
-    def fit(zone):
-        height, _ = sun_angles(wall - np.timedelta64(round(60.0 * zone), "m"), latitude, longitude, altitude)
-        return np.corrcoef(np.sin(np.radians(height)).clip(0.0), own)[0, 1]
-
-    here = fit(said)
-    near = _ZONES[np.abs(_ZONES - longitude / 15.0) <= 3.0]
-    fits = [fit(zone) for zone in near]
-    best = near[int(np.argmax(fits))]
-    if not max(fits) - here > _BETTER:
+    best = zones[int(np.argmax(fits))]
+    if not max(fits) - fits[0] > better:
         return said
     warn(f"{path}: its header says UTC{said:+g}, but its sun is that of UTC{best:+g}, which is taken")
     return float(best)

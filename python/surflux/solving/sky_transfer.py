@@ -165,8 +165,9 @@ class SkyTransfer(Transfer):
         """Daylight coefficients: irradiance at surfels by each patch alone, where its radiance is 1, bounces included.
 
         One product makes irradiance of them under any sky, and a year of hours of a matrix of 8760 skies, such as
-        Radiance's gendaymtx writes: `np.einsum("npc,hpc->hnc", coefficients, skies)`. What surfels emit is left out.
-        For a single sky `relight` is quicker.
+        Radiance's gendaymtx writes: `np.einsum("npc,hpc->hnc", coefficients, skies).clip(0.0)`. Interpolated between
+        places, single coefficients can be below 0, and so can what a sky of few patches makes of them, which `relight`
+        clips, too. What surfels emit is left out. For a single sky `relight` is quicker.
 
         Args:
             surfels: (m,) indices of scene.surfels, or a mask (n,); None for all.

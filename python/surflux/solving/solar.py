@@ -84,12 +84,12 @@ def solar_irradiation(
             broadband, each channel as a third of what comes.
         place: (latitude, longitude) in degrees, north and east.
         times: a year, all of its hours; or times with their time zones, see Sky.
-        epw: a file of weather in place of both, all of its hours.
+        epw: a file of weather in place of both, all of its hours, or parts of hours.
         skies: Sky or several, in place of all that; needs no pvlib.
         direct_normal, diffuse: W/m2 of each of times, or one number; None for a clear sky.
         turbidity, altitude, albedo: see Sky; altitude of times alone, and albedo not of skies, which have their own.
-        hours: that each of times or skies stands for, None for 1; a year's and a file's last one each.
-        steps: positions of the sun in each hour, around its middle; None for 4 in years and files, and 1 for times.
+        hours: that each of times or skies stands for, None for 1; a year's last one each, a file's what it says.
+        steps: positions of the sun in each of them, around its middle; None for 4 in years and files, and 1 for times.
         sun_step: degrees, 0.25 to 30.
         transfer: what precompute_transfer(scene, "sky") found, for what is reflected, to be used again; None finds it.
         bounces: of light; None for all, whatever `transfer` has.

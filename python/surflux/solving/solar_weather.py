@@ -47,7 +47,7 @@ def solar_weather(place, times, epw, skies, hours, steps, *, albedo, altitude, *
     if epw is not None:
         found = weather.read_weather(epw)
         place, altitude, at = (found.latitude, found.longitude), found.altitude, found.times
-        several = True
+        several, each = True, found.hours
         of = hours_of_weather(found, albedo)
     else:
         place = _place(place)
@@ -56,7 +56,7 @@ def solar_weather(place, times, epw, skies, hours, steps, *, albedo, altitude, *
         at = weather.hours_of_year(times, place[1]) if several else weather.utc("times", times)
         of = hours_at(place, at, altitude=altitude, albedo=albedo, **figures)
     if several and hours is not None:
-        raise ValueError("hours: goes with times one by one, and skies; those of a year and of epw last one hour each")
+        raise ValueError("hours: goes with times one by one, and skies; those of a year last one, and epw says its own")
     steps = (_STEPS if several else 1) if steps is None else steps
     suns = of.suns[:, None]
     if steps > 1:

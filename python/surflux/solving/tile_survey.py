@@ -74,6 +74,7 @@ class Survey:
         sample, places = (EvenSample(_OVERVIEW, options.seed) for _ in range(2))
         self._side = high_above(low.min(axis=0), high.max(axis=0)) if options.viewpoint is None else options.viewpoint
         told, boxes, alone, has_normals = stage("tiles, first pass"), [], 0, False
+        faults = {}
         for k, tile in enumerate(headers):
             report(told, k, len(headers))
             columns = _columns_of(tile.path)
@@ -89,26 +90,36 @@ class Survey:
                 columns = {name: values[rows] for name, values in columns.items()}
             columns.pop("withheld", None)
             places.add({"points": columns["points"]})
-            first = self._first_level(tile.path, columns)
+            first, faults[k] = self._first_level(columns)
             self.far.add(first)
             sample.add(first)
         report(told, len(headers), len(headers))
         self.shades.warn_of_black("tiles")
         self.low, self.high = (np.array([box[side] for box in boxes]) for side in (0, 1))
+        self._refuse_alone(faults)
         self.strays = not options.keep_outliers and some_stray(alone, counts.sum())
         self.overview = self._kept(sample.columns())
         self.viewpoint, self.turned = self._orientation(has_normals, places.columns()["points"])
 
-    def _first_level(self, path, columns):
-        """Columns of level 0 of what lies far, with normals: where the file has none, those of the thinned surface.
+    def _first_level(self, columns):
+        """(columns of level 0 of what lies far, with normals, see _with_normals: where the file has none, those of the
+        thinned surface).
 
         They are towards the viewpoint, or upwards as of a terrain, which tiles without normals have to be where there
         is none: who knows the side need not look for it.
         """
         first = self.far.thinned(columns)
         if len(first["points"]) >= _FEW:
-            return _with_normals(path, first, self._side)
-        return self.far.thinned(_with_normals(path, columns, self._side))
+            return _with_normals(first, self._side)
+        columns, fault = _with_normals(columns, self._side)
+        return self.far.thinned(columns), fault
+
+    def _refuse_alone(self, faults):
+        """Tiles whose points have no plane, by number, are refused where no other tile reaches into their halo."""
+        for k in (k for k, fault in faults.items() if fault is not None):
+            apart = np.maximum(self.low[:, :2] - self.high[k, :2], self.low[k, :2] - self.high[:, :2]).max(axis=1)
+            if np.count_nonzero(apart <= self.options.halo) < 2:
+                raise file_error(self.headers[k].path, faults[k])
 
     def _kept(self, columns):
         """Columns without what stands alone, where that is left out."""
@@ -193,18 +204,24 @@ def _columns_of(path):
     return columns
 
 
-def _with_normals(path, columns, viewpoint):
-    """Columns with unit normals, estimated where the file has none."""
+def _with_normals(columns, viewpoint):
+    """(columns with unit normals, estimated where the file has none; why they could not be, or None).
+
+    Of points that have no plane, fewer than three or all on a line as at the end of a survey, they are towards the
+    viewpoint: those of the tile itself are estimated again, with the points of its halo.
+    """
     points = columns["points"]
     normals = unit_normals(columns["normals"]) if "normals" in columns else np.full((len(points), 3), np.nan)
     bad = np.isnan(normals[:, 0])
-    if np.any(bad) and len(points) < 3:
-        raise file_error(path, f"has {check.counted(len(points), 'point')}; wanted at least 3, or normals")
     try:
         if np.all(bad):
             normals = np.array(estimated_normals(points, viewpoint))
         elif np.any(bad):
             normals, _ = with_estimated(points, normals, bad, viewpoint)
-    except ValueError as error:  # such as all points on a line
-        raise file_error(path, str(error)) from error
-    return columns | {"normals": normals}
+    except ValueError as error:
+        few = f"has {check.counted(len(points), 'point')}; wanted at least 3, or normals"
+        towards = viewpoint - points[bad]
+        towards[~np.any(towards, axis=1)] = 0.0, 0.0, 1.0
+        normals[bad] = check.unit_vectors("normals", towards)
+        return columns | {"normals": normals}, few if len(points) < 3 else str(error)
+    return columns | {"normals": normals}, None

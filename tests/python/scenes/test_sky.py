@@ -53,6 +53,35 @@ def test_every_bin_of_clearness_is_among_them():
     assert set(np.searchsorted(edges, clear, side="right")) == set(range(8))
 
 
+@pytest.mark.parametrize(("altitude", "direct", "diffuse"), [(2, 400, 40), (3, 600, 60), (5, 800, 75)])
+def test_low_suns_in_bright_skies_leave_no_ring_along_the_horizon(altitude, direct, diffuse):
+    """Means over patches, pixels and their own directions are one sky, from 6 degrees to .2, also on a wall."""
+    sky = sky_of(altitude, 180.0, direct, diffuse)
+    walls = []
+    for height in (32, 1024):
+        edges = np.pi * np.arange(height // 2 + 1) / height
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        south = (2.0 * np.pi / (2 * height)) * (np.cos(edges[:-1]) - np.cos(edges[1:])) * np.sin(middle)
+        around = np.cos(np.pi * (np.arange(2 * height) + 0.5) / height - 1.5 * np.pi).clip(0.0)
+        walls.append(south @ sky.environment(height).image[: height // 2, :, 0] @ around)
+    patches = sf.SkyPatches(577)
+    south = patches.solid_angles * -patches.directions[:, 1].clip(None, 0.0)
+    walls.append(sky.patch_radiances(patches)[1:] @ south[1:])
+    assert walls == pytest.approx([walls[1]] * 3, rel=0.03)
+    assert diffuse < walls[1] < 1.5 * diffuse
+    # Of the horizon across from the sun against the zenith.
+    assert sky.radiance([[0, 1, 0.01]])[0] < 3 * sky.radiance([UP])[0]
+
+
+@pytest.mark.parametrize(("altitude", "direct", "diffuse"), [(70, 100, 40), (65, 60, 20), (89, 200, 60), (80, 20, 5)])
+def test_dim_skies_under_a_high_sun_are_skies(altitude, direct, diffuse):
+    """Nothing was left of the first three: NaN."""
+    sky = sky_of(altitude, 180.0, direct, diffuse)
+    assert sky.radiance(np.array([UP, [0, 1, 0.2], [0, 1, 1]])).min() > 0.05 * diffuse / np.pi
+    patches = sf.SkyPatches(145)
+    assert sky.patch_radiances(patches) @ patches.projected == pytest.approx(diffuse)
+
+
 @pytest.mark.parametrize("height", [64, 128])
 @pytest.mark.parametrize(("direct", "diffuse"), [(0.0, 80.0), (300.0, 280.0), (900.0, 60.0)])
 def test_a_level_plane_receives_what_was_given(height, direct, diffuse):

@@ -1,6 +1,8 @@
 """Where the sun stands, clear skies, and files of weather: what takes pvlib."""
 
 import datetime
+import re
+import warnings
 
 import numpy as np
 import pytest
@@ -86,6 +88,48 @@ def test_half_hours_of_zones_count(tmp_path):
     above = level_sun(20.0, 77.0, 5.5)
     path = write_epw(tmp_path / "half.epw", above, above, above, 20.0, 77.0, 5.5)
     assert weather.read_weather(path).times[0] == np.datetime64("2006-12-31T19:00")
+
+
+def test_records_of_parts_of_hours_last_as_long_as_they_do(tmp_path, epw):
+    """Two records an hour make what the hours make; the sun is a quarter of an hour from their middles."""
+    above = level_sun(47.4, 8.5, 1.0, 2)
+    halves = write_epw(tmp_path / "halves.epw", above, 0.5 * above, 0.1 * above, parts=2)
+    found, hourly = weather.read_weather(halves), weather.read_weather(epw)
+    assert (found.hours, hourly.hours) == (0.5, 1.0)
+    quarter = np.timedelta64(15, "m")
+    np.testing.assert_array_equal(found.times, np.ravel(hourly.times[:, None] + [-quarter, quarter]))
+    roof = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
+    one, two = (sf.solar_irradiation(roof, epw=path, patches=145) for path in (epw, halves))
+    assert one.hours == two.hours == 8760.0
+    assert two.total == pytest.approx(one.total, rel=5e-3)
+    row = 2 * (24 * 171 + 12) + 1
+    same = sf.Sky(47.4, 8.5, "2025-06-21T11:45Z", direct_normal=1.0, diffuse=1.0, altitude=400.0)
+    assert sf.Sky.from_epw(halves, row).sun_direction @ same.sun_direction > np.cos(np.radians(0.2))
+    rows = halves.read_text().splitlines(keepends=True)
+    (tmp_path / "uneven.epw").write_text("".join(rows[:-1]))
+    with pytest.raises(sf.FileError, match=r"uneven\.epw: wanted equal parts of hours, got 1 to 2 records an hour"):
+        weather.read_weather(tmp_path / "uneven.epw")
+
+
+@pytest.mark.parametrize(("latitude", "longitude", "zone"), [(1.37, 103.98, 8.0), (39.7, -105.0, -7.0)])
+def test_clouds_of_afternoons_are_no_time_zone(tmp_path, latitude, longitude, zone):
+    """Without radiation above the air: the header that is right stays, and one that is an hour off does not."""
+    above = level_sun(latitude, longitude, zone)
+    missing = np.full(8760, 9999.0)
+    noon = 12.0 + zone - longitude / 15.0
+    cloudy = (np.arange(8760) % 24 + 0.5 > noon + 0.5) & (np.random.default_rng(0).random(365).repeat(24) < 0.8)
+    figures = np.where(cloudy, 0.1, 0.6) * above, np.where(cloudy, 0.15, 0.1) * above
+    right, late = (
+        write_epw(tmp_path / f"{said}.epw", missing, *figures, latitude, longitude, said, 0.0)
+        for said in (zone, zone + 1.0)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = weather.read_weather(right)
+    assert found.times[0] == np.datetime64("2007-01-01T00:30") - np.timedelta64(int(zone), "h")
+    told = re.escape(f"its header says UTC{zone + 1.0:+g}, but its sun is that of UTC{zone:+g}, which is taken")
+    with pytest.warns(UserWarning, match=told):
+        np.testing.assert_array_equal(weather.read_weather(late).times, found.times)
 
 
 def test_files_that_are_no_weather(tmp_path):

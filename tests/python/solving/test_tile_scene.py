@@ -74,3 +74,17 @@ def test_points_that_two_tiles_have_count_once_however_their_files_round_them(tm
         at = scene.surfels.points[scene.of_row]
         assert np.abs(at - places[of]).max() < 0.02
     survey.far.close()
+
+
+@pytest.mark.parametrize("rows", [1, 2, 9])
+def test_a_tile_of_a_point_or_a_line_has_normals_by_its_halo(tmp_path, rows):
+    """The last tile of a survey; it stopped all of them."""
+    points, _ = waves()
+    line = np.array([[40.0, 20.0, 3.0 * np.sin(4.0)]]) + np.linspace([0.0, 0.0, 0.0], [0.0, 3.0, 0.0], rows)
+    paths = saved(tmp_path, np.concatenate([points[points[:, 0] < 40.0], line]))
+    survey = survey_of(paths)
+    scene = TileScene(survey, 1)
+    survey.far.close()
+    slope = np.array([-0.3 * np.cos(4.0), 0.0, 1.0]) / np.hypot(0.3 * np.cos(4.0), 1.0)
+    assert np.all(scene.normals @ slope > 0.99)
+    assert len(scene.surfels) > 100  # with the halo
