@@ -154,14 +154,15 @@ class Shape:
     def _weigh(self, s, centers, radii, at, owner):
         self._neighbors = _core.nearest_points(centers, min(_NEIGHBORS, len(s)))
         self._weights = np.zeros((len(owner), self._neighbors.shape[1]), np.float32)
+        normals, own = s.normals, np.arange(len(s))
         for k in range(self._neighbors.shape[1]):
-            other = self._neighbors[owner, k]
-            away = (at - centers[other]) / radii[other, None]
-            alike = np.einsum("ij,ij->i", s.normals[owner], s.normals[other]) > 0.5
-            across = s.normals[owner] + s.normals[other]
+            other = self._neighbors[:, k]
+            fresh = (np.einsum("ij,ij->i", normals, normals[other]) > 0.5) & (other != own)  # short rows repeat it
+            across = normals + normals[other]
             across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)  # 0 of what faces away
-            off = _SHEET * np.einsum("ij,ij->i", away, across)
-            fresh = alike if k == 0 else alike & (other != owner)  # short rows repeat the surfel itself
-            apart = np.einsum("ij,ij->i", away, away) + off**4
-            self._weights[:, k] = np.where(fresh | (k == 0), np.exp(-2.0 * np.minimum(apart, 36.0)), 0.0)
+            away = (at - centers[other][owner]) / radii[other][owner, None]
+            off = _SHEET * np.einsum("ij,ij->i", away, across[owner])
+            apart = np.einsum("ij,ij->i", away, away) + (off * off) ** 2
+            weighs = np.ones(len(s), bool) if k == 0 else fresh
+            self._weights[:, k] = np.where(weighs[owner], np.exp(-2.0 * np.minimum(apart, 36.0)), 0.0)
         self._weights /= self._weights.sum(axis=1, keepdims=True)

@@ -6,11 +6,12 @@ Relative radiance towards a direction at the angle zeta from the zenith and gamm
 
 with a to e by the clearness and the brightness of the sky, which direct and diffuse irradiance tell.
 
-Limited are the brightness, as gendaylit does; radiance, to at least 0; and b, at most 0 in the skies that were fitted.
-Above 0 it comes of carrying a bin's line on to skies brighter or darker than those, and the gradation, which then grows
-without bound towards the horizon, leaves of the sky nothing but a ring there (a above 0: the sun below 8 degrees in a
-bright sky, e^27 times the radiance of the zenith), nothing but a spot at the zenith, or nothing at all (a below 0).
-Such a sky is as bright towards the horizon as at the zenith, but for what is around the sun; gendaylit keeps the ring.
+Limited are the brightness, as gendaylit does; radiance, to at least 0; and the gradation, the first factor: in the
+skies that were fitted b is at most 0, and the zenith has some radiance. Carrying a bin's line on to skies brighter or
+darker than those gives others, of which nothing is left but a ring along the horizon (a and b above 0: the sun below 8
+degrees in a bright sky, e^27 times the radiance of the zenith; or none at the zenith), nothing but a spot at the
+zenith, or nothing at all. Such a sky is as bright towards the horizon as at the zenith, but for what is around the sun;
+gendaylit keeps the ring.
 """
 
 import numpy as np
@@ -87,7 +88,8 @@ def shape(zenith, clear, bright):
     overcast_d = -np.exp(bright * (d[:, 0] + d[:, 1] * zenith)) + d[:, 2] + bright * d[:, 3]
     found[:, 2] = np.where(which == 0, overcast_c, found[:, 2])
     found[:, 3] = np.where(which == 0, overcast_d, found[:, 3])
-    found[found[:, 1] > 0.0, :2] = 0.0
+    at_zenith = 1.0 + found[:, 0] * np.exp(found[:, 1])
+    found[(found[:, 1] > 0.0) | (at_zenith <= 0.0), :2] = 0.0
     return found
 
 

@@ -16,10 +16,12 @@ from surflux._base.warn import warn
 
 _HOUR = 3_600_000  # ms
 # Half-hours east of Greenwich that a file's own sun is held against, and how much better one of them must fit: in
-# correlation with what arrives above the air; in the share of records that are light when the sun is up, of which half
-# an hour is a twenty-fourth: both ends of the day move.
+# correlation with what arrives above the air; in the share of time that is light while the sun is up and dark while it
+# is not, of which half an hour is a twenty-fourth: both ends of the day move.
 _ZONES = np.arange(-24, 29) / 2.0
-_BETTER, _BETTER_LIGHT = 0.01, 0.03
+_BETTER, _BETTER_LIGHT = 0.01, 0.02
+# Near the equator hours tell half-hours hardly apart: of two zones as good that of full hours, of which there are more.
+_HALF = 0.002
 _LIGHT = 1.0  # W/m2: from there on a record is no night
 
 
@@ -198,7 +200,8 @@ def _zone(path, wall, hours, columns, place):
         fits = [np.corrcoef(sine, above)[0, 1] for sine in np.sin(np.radians(heights([0.0])[:, 0])).clip(0.0)]
     elif light.max() >= _LIGHT > light.min():
         better = _BETTER_LIGHT
-        fits = np.mean((heights([-hours / 3.0, hours / 3.0]).max(axis=1) > 0.0) == (light >= _LIGHT), axis=1)
+        up = np.mean(heights(hours * np.linspace(-0.5, 0.5, 5)) > 0.0, axis=1)  # the part of each record
+        fits = np.mean(np.where(light >= _LIGHT, up, 1.0 - up), axis=1) - _HALF * (zones % 1.0 != 0.0)
     else:
         return said
     best = zones[int(np.argmax(fits))]

@@ -115,10 +115,11 @@ class Survey:
         return self.far.thinned(columns), fault
 
     def _refuse_alone(self, faults):
-        """Tiles whose points have no plane, by number, are refused where no other tile reaches into their halo."""
-        for k in (k for k, fault in faults.items() if fault is not None):
+        """Tiles whose points have no plane, by number, are refused where none that has one reaches into their halo."""
+        sound = np.array([fault is None for fault in faults.values()])
+        for k in np.flatnonzero(~sound):
             apart = np.maximum(self.low[:, :2] - self.high[k, :2], self.low[k, :2] - self.high[:, :2]).max(axis=1)
-            if np.count_nonzero(apart <= self.options.halo) < 2:
+            if not np.any(sound & (apart <= self.options.halo)):
                 raise file_error(self.headers[k].path, faults[k])
 
     def _kept(self, columns):

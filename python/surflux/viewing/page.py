@@ -199,6 +199,8 @@ class Page:
             low, high, trimmed = trimmed_range(shown.values)
             about |= {"kind": "number", "low": float(low), "high": float(high), "trimmed": trimmed}
             about["digits"] = label_digits(low, high)
+            if np.issubdtype(shown.values.dtype, np.integer) and len(shown.values):
+                about["digits"] = max(about["digits"], len(str(int(np.abs(shown.values).max()))))
             with np.errstate(over="ignore"):
                 about["above"] = store.add(shown.values[order] - low, np.float32)  # years in seconds have their digits
         rgb = np.concatenate([screen_bytes(shown)[order], np.full((len(lamps), 3), 255, np.uint8)]).astype(np.uint32)

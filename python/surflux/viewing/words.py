@@ -56,7 +56,7 @@ def values_of(subject, picked, links):
         if solution.cut is not None:
             together = int(np.count_nonzero(solution.cut == solution.cut[i]))
             lines.append(f"cut node    {solution.cut[i]}, of {check.counted(together, 'surfel')}")
-    lines += [f"{name:<11} {_numbers(np.atleast_1d(value[i]), 4)}" for name, value in subject.values.items()]
+    lines += [f"{name:<11} {_given(np.atleast_1d(value[i]))}" for name, value in subject.values.items()]
     lines.append("")
     if picked.shares is None:
         lines.append("a patch of a mesh: shares its area with none")
@@ -82,6 +82,12 @@ def _of_links(subject, links):
     if len(links.shares):
         lines.append(f"strongest link: {100 * links.shares[0]:.1f}%, surfel {links.senders[0]}")
     return lines
+
+
+def _given(values):
+    """Of an array that was given; whole numbers as such."""
+    whole = np.issubdtype(values.dtype, np.integer)
+    return " ".join(str(v) for v in values) if whole else _numbers(values, 6 if len(values) == 1 else 4)
 
 
 def _numbers(values, digits):

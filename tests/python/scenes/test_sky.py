@@ -53,10 +53,8 @@ def test_every_bin_of_clearness_is_among_them():
     assert set(np.searchsorted(edges, clear, side="right")) == set(range(8))
 
 
-@pytest.mark.parametrize(("altitude", "direct", "diffuse"), [(2, 400, 40), (3, 600, 60), (5, 800, 75)])
-def test_low_suns_in_bright_skies_leave_no_ring_along_the_horizon(altitude, direct, diffuse):
-    """Means over patches, pixels and their own directions are one sky, from 6 degrees to .2, also on a wall."""
-    sky = sky_of(altitude, 180.0, direct, diffuse)
+def on_a_south_wall(sky):
+    """Irradiance of a Sky without its sun, by pixels of 6 and of .2 degrees and by patches."""
     walls = []
     for height in (32, 1024):
         edges = np.pi * np.arange(height // 2 + 1) / height
@@ -67,6 +65,24 @@ def test_low_suns_in_bright_skies_leave_no_ring_along_the_horizon(altitude, dire
     patches = sf.SkyPatches(577)
     south = patches.solid_angles * -patches.directions[:, 1].clip(None, 0.0)
     walls.append(sky.patch_radiances(patches)[1:] @ south[1:])
+    return walls
+
+
+@pytest.mark.parametrize(
+    ("altitude", "direct", "diffuse"), [(64, 60, 25), (62, 60, 15.5), (66.3, 60, 35), (70.2, 60, 50.2), (60, 27, 12)]
+)
+def test_high_suns_in_dim_skies_leave_no_ring_and_no_sky_without_light(altitude, direct, diffuse):
+    """Zeniths without radiance left a ring along the horizon, or nothing: images of not a number."""
+    walls = on_a_south_wall(sky_of(altitude, 180.0, direct, diffuse))
+    assert walls == pytest.approx([walls[1]] * 3, rel=0.03)
+    assert 0.4 * diffuse < walls[1] < 0.8 * diffuse
+
+
+@pytest.mark.parametrize(("altitude", "direct", "diffuse"), [(2, 400, 40), (3, 600, 60), (5, 800, 75)])
+def test_low_suns_in_bright_skies_leave_no_ring_along_the_horizon(altitude, direct, diffuse):
+    """Means over patches, pixels and their own directions are one sky, from 6 degrees to .2, also on a wall."""
+    sky = sky_of(altitude, 180.0, direct, diffuse)
+    walls = on_a_south_wall(sky)
     assert walls == pytest.approx([walls[1]] * 3, rel=0.03)
     assert diffuse < walls[1] < 1.5 * diffuse
     # Of the horizon across from the sun against the zenith.

@@ -88,3 +88,14 @@ def test_a_tile_of_a_point_or_a_line_has_normals_by_its_halo(tmp_path, rows):
     slope = np.array([-0.3 * np.cos(4.0), 0.0, 1.0]) / np.hypot(0.3 * np.cos(4.0), 1.0)
     assert np.all(scene.normals @ slope > 0.99)
     assert len(scene.surfels) > 100  # with the halo
+
+
+def test_tiles_of_a_point_beside_each_other_alone_are_refused_at_the_start(tmp_path):
+    """Each counted as the other's halo; the survey ended in its middle, with one tile written."""
+    far = np.array([[500.0, 20.0, 0.0], [503.0, 20.0, 0.0]])
+    points, _ = waves()
+    paths = [tmp_path / f"{k}.laz" for k in range(3)]
+    for path, part in zip(paths, (points, far[:1], far[1:]), strict=True):
+        sf.Scan(part).save(path)
+    with pytest.raises(sf.FileError, match=r"1\.laz: has 1 point; wanted at least 3, or normals"):
+        survey_of(paths)

@@ -58,6 +58,7 @@ def test_numbers_have_a_scale_and_are_told(browser, tmp_path):
     kelvins, seconds = np.linspace(293.15, 293.45, len(floor)), 1.7e9 + np.arange(len(floor))
     seconds[-1] = np.nan
     values = {"kelvins": kelvins, "few": np.where(kelvins > 293.3, 2.0, 1.0), "seconds": seconds}
+    values["numbers"] = 1_289_100 + 7 * np.arange(len(floor))
     shown(browser, tmp_path, floor, "#color=kelvins", values=values, colors=[*values, "normal"])
 
     def note():
@@ -76,6 +77,7 @@ def test_numbers_have_a_scale_and_are_told(browser, tmp_path):
         assert float(said["kelvins"][0]) == pytest.approx(kelvins[k], abs=1e-4)
         assert float(said["few"][0]) == values["few"][k]
         assert float(said["seconds"][0]) == seconds[k]
+        assert said["numbers"] == [str(values["numbers"][k])]
     corner = floor.points[-1]
     browser.settled(lambda: browser.click(240 + 90 * corner[0], 180 - 90 * corner[1]))
     assert told(browser)["seconds"] == ["NaN"]

@@ -115,7 +115,9 @@ function start() {
     find("values").style.display = k < 0 ? "none" : "block";
     if (k < 0) return;
     const [x, y, z, radius] = scene.places.subarray(4 * k, 4 * k + 4);
-    const decimals = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(radius)))); // of a thousandth of the radius
+    // Of a thousandth of the radius, as far as floats from the origin tell.
+    const told = Math.max(radius / 1000, Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) * 2 ** -23);
+    const decimals = Math.max(0, Math.min(12, -Math.floor(Math.log10(told))));
     const lines = [
       `${k < scene.surfels ? "surfel" : "lamp"} ${scene.indices[k]}`,
       `position     ${[x, y, z].map((v, c) => fixed(v + scene.origin[c], decimals)).join("  ")}`,
