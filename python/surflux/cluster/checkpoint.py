@@ -14,7 +14,7 @@ _ABOUT = "checkpoint.json"
 _MAGIC = b"surflux exchange 1\n"
 _HEAD = struct.Struct("<32sQ")  # the digest of all behind it, and its length
 _START = len(_MAGIC) + _HEAD.size
-_FORMAT = 1
+_FORMAT = 2
 
 
 class Checkpoint:

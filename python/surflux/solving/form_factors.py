@@ -47,8 +47,9 @@ def form_factors(
     F[i, j] is the fraction of what surfel i emits that reaches surfel j: A_i F_ij = A_j F_ji to rounding, with areas
     that count once where surfels coincide and face the same way, as those of a solution do. F[i, i] is
     that of a concave piece onto itself. Without what blocks them, factors between patches of meshes are contour
-    integrals (Sparrow 1963), precise to 1e-9 of themselves where patches touch and farther off; those of disks are
-    good to a few per cent, and better farther off but for the rims of clouds, where disks end at the outermost points.
+    integrals (Sparrow 1963), precise to 1e-9 of themselves where patches touch and farther off, and to some 3e-6 of
+    slivers a hundred times as long as they are far apart; those of disks are good to a few per cent, and better farther
+    off but for the rims of clouds, where disks end at the outermost points.
 
     Pairs that nothing can stand between, which a shaft around both proves, are done with. Of every other pair the
     share that is free is sampled: rays between points of both, more of them until the standard error is half of what

@@ -117,7 +117,7 @@ def test_the_folder_of_another_version_is_refused(copy):
     with pytest.raises(sf.FileError, match=r"another call: its version of surflux is 0\.0\.1, wanted "):
         solved(copy)
     file.write_text(json.dumps(kept | {"format": 7}))
-    with pytest.raises(sf.FileError, match="is of another format, 7; wanted 1"):
+    with pytest.raises(sf.FileError, match="is of another format, 7; wanted 2"):
         solved(copy)
     for text in ("{", "[]", '{"format": 1, "facts": 2}'):
         file.write_text(text)
