@@ -119,7 +119,7 @@ def test_the_folder_of_another_version_is_refused(copy):
     file.write_text(json.dumps(kept | {"format": 7}))
     with pytest.raises(sf.FileError, match="is of another format, 7; wanted 2"):
         solved(copy)
-    for text in ("{", "[]", '{"format": 1, "facts": 2}'):
+    for text in ("{", "[]", '{"format": 2, "facts": 2}'):
         file.write_text(text)
         with pytest.raises(sf.FileError, match="is damaged: wanted the facts of a call, as JSON"):
             solved(copy)
