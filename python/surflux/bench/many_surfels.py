@@ -4,20 +4,22 @@ Nothing is sampled and all balls are of one colour, so that what counts is the s
 own: its peak of memory is its own.
 """
 
+import signal
 import sys
+from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter, process_time
 
 import numpy as np
 
 import surflux as sf
-from surflux._base import passes
 from surflux.bench.scale import in_fresh_process, peak_gigabytes
 from surflux.scenes import shapes
 
 SIZES = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000)
 CENTERS = [[1.0, 1.0, 0.5], [3.0, 1.0, 0.6], [1.0, 3.0, 0.7], [3.0, 3.0, 0.5]]
 RADIUS = 0.45
+_EVERY = 0.01  # seconds between two signals
 
 
 @dataclass
@@ -28,7 +30,7 @@ class Row:
     seconds: float
     gigabytes: float | None  # the most that the process had
     estimate: float  # Solution.error
-    silence: float  # longest time without a report of progress, seconds of all cores
+    silence: float  # longest time in which Ctrl-C would not be heard, seconds of all cores
 
 
 def balls_in_a_room(surfels):
@@ -58,22 +60,29 @@ def solved(size, threads=None):
     """The Row of one size, of this process."""
     scene = balls_in_a_room(size)
     start = perf_counter()
-    reports = [process_time()]
-
-    def progress(stage, finished, total):
-        reports.append(process_time())
-        return True
-
-    with passes.shown_by(progress):
+    with heard() as times:
         solution = sf.solve(scene, threads=threads)
-    reports.append(process_time())
     return Row(
         sum(len(surfels) for surfels in scene.objects),
         perf_counter() - start,
         peak_gigabytes(),
         float(solution.error),
-        float(np.diff(reports).max()),
+        float(np.diff(times).max()),
     )
+
+
+@contextmanager
+def heard():
+    """[process_time() of each time that a signal was heard], of signals that come all the time, as Ctrl-C would."""
+    times = [process_time()]
+    before = signal.signal(signal.SIGALRM, lambda *_: times.append(process_time()))
+    signal.setitimer(signal.ITIMER_REAL, _EVERY, _EVERY)
+    try:
+        yield times
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        times.append(process_time())
 
 
 def table(rows):
