@@ -7,6 +7,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
+#include "surflux/core/shared_vectors.h"
 
 namespace surflux {
 
@@ -114,20 +115,18 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
     // asked as well, in units of what each may be off by: beyond a wall light may be another.
     std::vector<double> own(count);
     const auto digest = [&] { return digest_of(sent); };
-    shared_blocks(
-        system.team(), "noise", digest, count, 64,
+    shared_vectors(
+        system.team(), "noise", digest, 64,
         [&](std::size_t from, std::size_t to) {
             for (std::size_t k = from; k < to; ++k)
                 own[k] = standard_error(gathering_, cut.rows[k], system, sent) / allowed.noise[k];
         },
-        [&](std::size_t from, std::size_t to, Packed& bytes) { bytes.add(own.data() + from, to - from); },
-        [&](std::size_t from, std::size_t to, Unpacking& bytes) { bytes.take(own.data() + from, to - from); },
-        progress);
+        progress, own);
     Noise out;
     out.standard_error.resize(count);
     out.rays.resize(count);
-    shared_blocks(
-        system.team(), "rays wanted", digest, count, 64,
+    shared_vectors(
+        system.team(), "rays wanted", digest, 64,
         [&](std::size_t from, std::size_t to) {
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
@@ -153,15 +152,7 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
                 if (k < cut.rays.size() && out.rays[k] <= cut.rays[k]) out.rays[k] = 0;
             }
         },
-        [&](std::size_t from, std::size_t to, Packed& bytes) {
-            bytes.add(out.standard_error.data() + from, to - from);
-            bytes.add(out.rays.data() + from, to - from);
-        },
-        [&](std::size_t from, std::size_t to, Unpacking& bytes) {
-            bytes.take(out.standard_error.data() + from, to - from);
-            bytes.take(out.rays.data() + from, to - from);
-        },
-        progress);
+        progress, out.standard_error, out.rays);
     return out;
 }
 
@@ -223,8 +214,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
     out.refine.assign(count, 0);
     out.rays = noise.rays;
     std::vector<double> squared(count, 0.0);
-    shared_blocks(
-        system.team(), "test of the cut", [&] { return digest_of(sent); }, count, 64,
+    shared_vectors(
+        system.team(), "test of the cut", [&] { return digest_of(sent); }, 64,
         [&](std::size_t from, std::size_t to) {
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
@@ -259,17 +250,7 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 squared[k] = spread * spread + interpolation_error * interpolation_error;
             }
         },
-        [&](std::size_t from, std::size_t to, Packed& bytes) {
-            bytes.add(out.refine.data() + from, to - from);
-            bytes.add(out.rays.data() + from, to - from);
-            bytes.add(squared.data() + from, to - from);
-        },
-        [&](std::size_t from, std::size_t to, Unpacking& bytes) {
-            bytes.take(out.refine.data() + from, to - from);
-            bytes.take(out.rays.data() + from, to - from);
-            bytes.take(squared.data() + from, to - from);
-        },
-        progress);
+        progress, out.refine, out.rays, squared);
     double sum = 0.0, total = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const double area = tree_.area(cut.nodes[k]);

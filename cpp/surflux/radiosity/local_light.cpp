@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/shared_vectors.h"
 
 namespace surflux {
 
@@ -29,14 +30,12 @@ std::vector<double> local_light(const SurfelTree& tree, const Gathering& gatheri
         });
         return std::exp(sum + std::max(0.0, 1.0 - seen) * light[cut.nodes[k]]);
     };
-    shared_blocks(
-        system.team(), "local light", [&] { return digest_of(light); }, out.size(), 64,
+    shared_vectors(
+        system.team(), "local light", [&] { return digest_of(light); }, 64,
         [&](std::size_t from, std::size_t to) {
             for (std::size_t k = from; k < to; ++k) out[k] = at_node(k);
         },
-        [&](std::size_t from, std::size_t to, Packed& bytes) { bytes.add(out.data() + from, to - from); },
-        [&](std::size_t from, std::size_t to, Unpacking& bytes) { bytes.take(out.data() + from, to - from); },
-        progress);
+        progress, out);
     return out;
 }
 

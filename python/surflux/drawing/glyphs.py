@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _core
+from surflux.geometry.cores import disks_among
 
 STYLES = ("disks", "splats", "points")
 # Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
@@ -15,11 +16,6 @@ _SHEET = 4.0  # over the radius: splats so far off a surface that its inverse is
 def disk_corners(count):
     """How many corners each of count disks is drawn with."""
     return _CORNERS if count <= _MANY else _FEW_CORNERS
-
-
-def disks_among(s):
-    """(m,) indices of the surfels that are disks, and no patches."""
-    return np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
 
 
 def text_actor(text, size, place, *, side="left", top=False, fixed=False, grey=0.0):

@@ -12,7 +12,8 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG
 from surflux.drawing.colors import label_digits, screen_bytes, surface_property
-from surflux.drawing.glyphs import disk_corners, disks_among, polygon_cells, polygons, rings
+from surflux.drawing.glyphs import disk_corners, polygon_cells, polygons, rings
+from surflux.geometry.cores import disks_among
 from surflux.pictures.camera import Camera
 
 _LETTERS = 0.03  # height, over that of the picture

@@ -7,8 +7,8 @@ import numpy as np
 
 from surflux._base import check
 from surflux.drawing.colors import coverage
-from surflux.drawing.glyphs import disks_among
 from surflux.geometry.areas import AreaShares, area_shares
+from surflux.geometry.cores import disks_among
 
 PICKED = (230, 0, 90)  # kept apart from viridis and from the hues of the neighbours
 _GOLDEN = 0.6180339887

@@ -3,8 +3,9 @@
 import numpy as np
 
 from surflux.drawing.colors import label_digits, trimmed_range
-from surflux.drawing.glyphs import disks_among, text_actor
+from surflux.drawing.glyphs import text_actor
 from surflux.drawing.plots import disks, look_through, picture_path, quiet_vtk, window_size
+from surflux.geometry.cores import disks_among
 
 _MAP, _UNKNOWN = "inferno", (160, 166, 168)
 # A lamp over the camera's left shoulder: what faces away keeps so much of its colour, so that it can be read still.

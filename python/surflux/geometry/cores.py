@@ -62,3 +62,10 @@ def moved(core, scale, rotation, translation):
         areas=None if core.areas is None else scale**2 * core.areas,
         triangles=corners if np.linalg.det(rotation) > 0.0 else corners[:, ::-1],
     )
+
+
+def disks_among(s):
+    """(m,) indices of the surfels that are disks, and no patches."""
+    is_disk = np.ones(len(s), bool)
+    is_disk[s.triangle_surfel] = False
+    return np.flatnonzero(is_disk)

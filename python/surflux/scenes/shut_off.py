@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _core
+from surflux.geometry.cores import disks_among
 
 # A disk that faces another, over the cosine of their normals, and how far above it, over its radius: the two sides of a
 # sheet that is bent. Rays begin a little behind, for what lies in one plane lies before or behind by rounding.
@@ -19,9 +20,7 @@ def shut_off(scene):
     all_normals = np.concatenate([o.normals for o in scene.objects])
     found, first = [], 0
     for which, of in enumerate(scene.objects):
-        is_disk = np.ones(len(of), bool)
-        is_disk[of.triangle_surfel] = False
-        disks = np.flatnonzero(is_disk)
+        disks = disks_among(of)
         every = -(-len(disks) // _ASKED) if len(disks) else 1
         asked = disks[::every]
         points, normals, radii = of.points[asked], of.normals[asked], of.radii[asked]

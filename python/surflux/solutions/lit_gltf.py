@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux._base.color import white_of
 from surflux._base.files import file_error
+from surflux.geometry.cores import disks_among
 from surflux.scans.gltf import Primitive, placed, write_primitives
 
 # Triangles around a corner that are one surface, in the same light: cosine between normals, ratio of their light.
@@ -38,7 +39,7 @@ def save_gltf(path, solution, up):
         table, indices = np.unique(corners, axis=0, return_inverse=True)
         if len(table):
             parts.append(_primitive(*np.hsplit(table, 4), white, indices.reshape(-1, 3)))
-    disks = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+    disks = disks_among(s)
     if len(disks):
         light = (_in_floats(values[disks]) for values in (solution.irradiance, solution.radiosity))
         parts.append(_primitive(s.points[disks] - middle, s.normals[disks], *light, white))
