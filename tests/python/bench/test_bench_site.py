@@ -128,6 +128,7 @@ def test_many_surfels(made, monkeypatch, tmp_path):
     (row,), text = made("many_surfels")
     assert row["surfels"] == 1864
     assert 0.0 < row["silence"] < 2.0 * row["seconds"] * sf.info()["threads"]
+    assert 0.0 < row["clock_silence"] < 2.0 * row["seconds"]
     assert 0.01 < row["gigabytes"] < 4.0
     assert "| 1 864 |" in text
     assert sf.read_image(tmp_path / "many_surfels.png").std() > 0.05
