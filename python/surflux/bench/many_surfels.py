@@ -74,7 +74,7 @@ def solved(size, threads=None):
 
 @contextmanager
 def heard():
-    """[(process_time(), perf_counter()) of each signal that was heard], of signals that come all the time, as Ctrl-C."""
+    """[(process_time(), perf_counter()) of each signal that was heard]: signals come all the time, as Ctrl-C might."""
     times = [_now()]
     before = signal.signal(signal.SIGALRM, lambda *_: times.append(_now()))
     signal.setitimer(signal.ITIMER_REAL, _EVERY, _EVERY)
