@@ -4,6 +4,7 @@ import threading
 import uuid
 from collections import Counter
 from contextlib import suppress
+from functools import partial
 from time import monotonic, sleep
 
 from surflux import _core
@@ -16,6 +17,7 @@ QUESTION, SPARE, ANY = 1.0, 5.0, 20.0
 _LOSSES = 3  # of the same process at the same exchange, which end the job
 _NOTICED = 1.0  # seconds until the scheduler knows that a worker has gone
 _SMALL = 1 << 16  # bytes that go along with a question; what is more is sent from worker to worker, too
+_REACHED = 2.0  # seconds in which a worker answers this process itself, past the scheduler
 
 
 class Job:
@@ -33,7 +35,7 @@ class Job:
     def __init__(self, client, log, progress):
         self._client, self._log, self._progress = client, log, progress
         self._name = f"surflux-{uuid.uuid4().hex}"
-        self._names, self._place, self._asked, self._lost = [], {}, {}, Counter()
+        self._place, self._asked, self._lost, self._reached = {}, {}, Counter(), {}
         self._event = threading.Event()
 
     def run(self, program, scene, arguments, workers):
@@ -55,8 +57,9 @@ class Job:
                     raise _core.DeviceError(
                         f"cluster: processes are at different exchanges: {', '.join(sorted(names))}"
                     )
-                self._log.write(k, names.pop(), [part for _, _, part in answers])
-                given = [self._entry(k)]
+                (name,), parts = names, [part for _, _, part in answers]
+                self._log.write(k, name, parts)
+                given = [(k, name, parts)]
         finally:
             self._end()
 
@@ -79,12 +82,18 @@ class Job:
         Not broadcast: the scheduler would go on trying to reach a worker that has gone.
         """
         try:
-            return self._client.scatter([data], workers=[worker], hash=False)[0]
+            return self._client.scatter([data], workers=[worker], hash=False, direct=self._is_reached(worker))[0]
         except Exception as fault:  # of many kinds, also from inside the scheduler
             sleep(_NOTICED)
             if worker in self._client.nthreads():
                 raise _core.DeviceError(f"cluster: data do not reach worker {worker} ({fault!r})") from fault
             return None
+
+    def _is_reached(self, worker):
+        """Whether this process reaches the worker itself: what goes through the scheduler takes twice as long."""
+        if worker not in self._reached:
+            self._reached[worker] = self._client.sync(_answers_at_once, worker, self._client.connection_args)
+        return self._reached[worker]
 
     def _submit(self, address, *call):
         future = self._client.submit(*call, workers=[address], allow_other_workers=False, pure=False)
@@ -113,7 +122,8 @@ class Job:
                 if not future.done():
                     continue
                 del self._asked[rank]
-                answer = _result(self._client, future, self._place[rank])
+                place = self._place[rank]
+                answer = _result(self._client, future, place, self._is_reached(place))
                 if answer is None and what == "step":
                     # Lost, as will be seen; or what it was to be told was, with the worker that had it.
                     news[rank] = list(news[rank])
@@ -200,15 +210,27 @@ def living_workers(client):
     return found
 
 
-def _result(client, future, worker):
-    """What a task in that worker gives; None where the worker is lost."""
+async def _answers_at_once(worker, how):
+    from distributed.comm import connect
+
+    try:
+        comm = await connect(worker, timeout=_REACHED, **how)
+    except OSError:
+        return False
+    await comm.close()
+    return True
+
+
+def _result(client, future, worker, direct=None):
+    """What a task in that worker gives, past the scheduler where `direct`; None where the worker is lost."""
     from distributed.client import FutureCancelledError
     from distributed.scheduler import KilledWorker
 
+    gathered = partial(client.gather, future, direct=direct, asynchronous=True)
     patience = _NOTICED
     while True:
         try:
-            return future.result(timeout=patience)
+            return client.sync(gathered, callback_timeout=patience)
         except TimeoutError:  # it takes long, is large, or whoever has it has gone
             if worker not in client.nthreads():
                 return None

@@ -79,6 +79,8 @@ class Member:
             found = "done", work(self, self._goes_on) if self.rank == 0 else work(self, self._goes_on) and None
         except BaseException as fault:
             found = "failed", type(fault).__name__, str(fault)
+            if isinstance(fault, _core.Cancelled) and not self._is_over:
+                found = "failed", "DeviceError", f"nothing was heard of the client for {FORSAKEN:g} s"
         with self._changed:
             self._outcome = found
             self._changed.notify_all()
