@@ -4,6 +4,7 @@
 #include "surflux/area/compile_scene.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/environment.h"
+#include "surflux/lights/photometric_web.h"
 #include "surflux/scene/divided_patches.h"
 #include "surflux/scene/polygon_values.h"
 #include "surflux/trace/compiled_scene.h"
@@ -218,6 +219,26 @@ void bind_scene(py::module_& module) {
             return SpotLight{to_vec3(position, "position"), to_vec3(direction, "direction"),
                              to_vec3(intensity, "intensity"), cone, penumbra};
         }));
+    py::class_<PhotometricLight>(module, "PhotometricLight")
+        .def(py::init([](const Doubles& position, const Doubles& direction, const Doubles& zero_plane,
+                         const Doubles& intensity, const Doubles& planes, const Doubles& angles, const Doubles& table) {
+            require(planes.size() > 1 && angles.size() > 1 && table.size() == planes.size() * angles.size(),
+                    "table: wanted one value for each plane and angle, two of each at least");
+            return PhotometricLight{to_vec3(position, "position"),
+                                    to_vec3(direction, "direction"),
+                                    to_vec3(zero_plane, "zero_plane"),
+                                    to_vec3(intensity, "intensity"),
+                                    to_vector(planes),
+                                    to_vector(angles),
+                                    to_vector(table)};
+        }))
+        .def("shares", [](const PhotometricLight& light, const Doubles& directions) {
+            const std::vector<Vec3> ways = to_vec3s(directions, "directions");
+            const PhotometricWeb web(light);
+            std::vector<double> out;
+            for (const Vec3& way : ways) out.push_back(web.share(way));
+            return to_array(out);
+        });
     py::class_<AreaLight>(module, "AreaLight")
         .def(py::init([](const Doubles& corner, const Doubles& u, const Doubles& v, const Doubles& exitance) {
             return AreaLight{to_vec3(corner, "corner"), to_vec3(u, "edge_u"), to_vec3(v, "edge_v"),

@@ -31,6 +31,9 @@ from surflux.scenes.lights import DirectionalLight as DirectionalLight
 from surflux.scenes.lights import Environment as Environment
 from surflux.scenes.lights import PointLight as PointLight
 from surflux.scenes.lights import SpotLight as SpotLight
+from surflux.scenes.photometric_light import PhotometricLight as PhotometricLight
+from surflux.scenes.photometry import Photometry as Photometry
+from surflux.scenes.photometry import read_photometry as read_photometry
 from surflux.scenes.scene import Scene as Scene
 from surflux.scenes.scene_file import load_scene as load_scene
 from surflux.scenes.sky import Sky as Sky

@@ -7,6 +7,7 @@
 #include "surflux/core/clip_polygon.h"
 #include "surflux/core/gauss_legendre.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/photometric_web.h"
 #include "surflux/lights/polygon.h"
 #include "surflux/lights/spherical_triangle.h"
 #include "surflux/lights/spot_patch.h"
@@ -70,6 +71,18 @@ struct SpotEmitter final : PointEmitter {
             append_lit(position, cone, *t, out);
     }
     SpotCone cone;
+};
+
+struct PhotometricEmitter final : PointEmitter {
+    explicit PhotometricEmitter(const PhotometricLight& light)
+        : PointEmitter({light.position, light.intensity}), web(light) {}
+    double share(const Vec3& d) const override { return web.share(d); }
+    double power(const Triangle& t) const override { return web.power(position, t); }
+    bool is_even_in(const Vec3& center, double radius) const override {
+        const double beam = length(center - position) * std::tan(std::min(web.beam(), 0.25 * pi));
+        return PointEmitter::is_even_in(center, radius) && beam > close * radius;
+    }
+    PhotometricWeb web;
 };
 
 struct DirectionalEmitter final : Emitter {
@@ -266,6 +279,8 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
         const std::size_t known = out.size();
         if (const auto* p = std::get_if<PointLight>(&light)) out.push_back(std::make_unique<PointEmitter>(*p));
         if (const auto* p = std::get_if<SpotLight>(&light)) out.push_back(std::make_unique<SpotEmitter>(*p));
+        if (const auto* p = std::get_if<PhotometricLight>(&light))
+            out.push_back(std::make_unique<PhotometricEmitter>(*p));
         if (const auto* p = std::get_if<AreaLight>(&light)) out.push_back(std::make_unique<AreaEmitter>(*p));
         if (const auto* p = std::get_if<DirectionalLight>(&light))
             out.push_back(std::make_unique<DirectionalEmitter>(*p));

@@ -52,6 +52,10 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
             point_like_.push_back({PointLike::point, p->position, p->intensity, SpotCone({})});
         if (const auto* p = std::get_if<SpotLight>(&light); p && brightness(p->intensity) > 0.0)
             point_like_.push_back({PointLike::spot, p->position, p->intensity, SpotCone(*p)});
+        if (const auto* p = std::get_if<PhotometricLight>(&light); p && brightness(p->intensity) > 0.0) {
+            point_like_.push_back({PointLike::photometric, p->position, p->intensity, SpotCone({}), webs_.size()});
+            webs_.emplace_back(*p);
+        }
         if (const auto* p = std::get_if<DirectionalLight>(&light); p && brightness(p->irradiance) > 0.0)
             point_like_.push_back({PointLike::distant, -p->direction, p->irradiance, SpotCone({})});
         if (const auto* p = std::get_if<AreaLight>(&light); p && brightness(p->exitance) > 0.0) {
@@ -323,7 +327,9 @@ LightRay LightSampler::towards(const PointLike& light, const Vec3& point, const 
     const Vec3 d = light.place - point;
     const double distance = length(d), cosine = dot(normal, d) / distance;
     if (!(cosine > 0.0)) return {};
-    const double share = light.kind == PointLike::spot ? light.cone.share(-d) : 1.0;
+    const double share = light.kind == PointLike::spot          ? light.cone.share(-d)
+                         : light.kind == PointLike::photometric ? webs_[light.web].share(-d)
+                                                                : 1.0;
     return {d / distance, distance, (share * cosine / (distance * distance)) * light.color};
 }
 

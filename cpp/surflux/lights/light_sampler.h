@@ -7,6 +7,7 @@
 #include "surflux/lights/emissive_facets.h"
 #include "surflux/lights/environment.h"
 #include "surflux/lights/glossy_lobe.h"
+#include "surflux/lights/photometric_web.h"
 #include "surflux/lights/spot_cone.h"
 #include "surflux/trace/tracer.h"
 
@@ -88,10 +89,11 @@ public:
 
 private:
     struct PointLike {
-        enum Kind { point, spot, distant } kind;
+        enum Kind { point, spot, photometric, distant } kind;
         Vec3 place;  // or the direction to it
         Rgb color;
         SpotCone cone;
+        std::size_t web = 0;  // of a photometric light, in webs_
         int group = 0;
     };
     struct Rectangle {
@@ -139,6 +141,7 @@ private:
 
     const Surfels& surfels_;
     std::vector<PointLike> point_like_;
+    std::vector<PhotometricWeb> webs_;
     std::vector<Rectangle> areas_;
     std::vector<EnvironmentMap> images_;
     bool whole_images_, surfels_alone_;

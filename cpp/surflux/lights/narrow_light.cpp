@@ -7,6 +7,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/core/thread_scratch.h"
+#include "surflux/lights/photometric_web.h"
 #include "surflux/lights/spot_cone.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/neighbors/disk_kernel.h"
@@ -83,6 +84,23 @@ struct SpotSource final : PointSource {
     Frame frame;
 };
 
+struct PhotometricSource final : PointSource {
+    explicit PhotometricSource(const PhotometricLight& light) : PointSource(light.position), web(light), rays(web) {}
+    bool is_narrow(const Surfels& s, std::uint32_t i) const override {
+        if (PointSource::is_narrow(s, i)) return true;
+        const Vec3 d = s.positions[i] - position;
+        return dot(s.normals[i], d) < 0.0 && web.beam() < 0.25 * pi &&
+               length(d) * std::tan(web.beam()) < wide_circle * s.radii[i];
+    }
+    Beam beam(const double* u) const override {
+        const auto [direction, power] = rays.draw(u[0], u[1]);
+        return {position, direction, power};
+    }
+    double power() const override { return web.power(); }
+    PhotometricWeb web;
+    PhotometricWeb::Rays rays;
+};
+
 struct AreaSource final : Source {
     explicit AreaSource(const AreaLight& of)
         : light(of),
@@ -110,6 +128,7 @@ struct AreaSource final : Source {
 std::unique_ptr<Source> source_of(const Light& light) {
     if (const auto* p = std::get_if<PointLight>(&light)) return std::make_unique<PointSource>(p->position);
     if (const auto* p = std::get_if<SpotLight>(&light)) return std::make_unique<SpotSource>(*p);
+    if (const auto* p = std::get_if<PhotometricLight>(&light)) return std::make_unique<PhotometricSource>(*p);
     if (const auto* p = std::get_if<AreaLight>(&light)) return std::make_unique<AreaSource>(*p);
     return nullptr;
 }

@@ -21,6 +21,17 @@ struct SpotLight {
     double penumbra = 5.0;  // full angle in degrees over which it fades: smoothstep in angle
 };
 
+// A point whose intensity goes by direction, as photometry has it on half-planes about an axis (CIE 121: C and gamma).
+struct PhotometricLight {
+    Vec3 position;
+    Vec3 direction;   // unit, of gamma = 0
+    Vec3 zero_plane;  // unit, perpendicular to it: half-plane C = 0; C = 90 is towards zero_plane x direction
+    Rgb intensity;    // W/sr where the table has 1
+    std::vector<double> planes;  // C in degrees, ascending from 0 to 360
+    std::vector<double> angles;  // gamma in degrees, ascending; below the first and above the last there is no light
+    std::vector<double> table;   // planes x angles, at least 0; linear in both angles between
+};
+
 // A rectangle that emits along edge_u x edge_v; it does not occlude and does not reflect.
 struct AreaLight {
     Vec3 corner, edge_u, edge_v;
@@ -42,6 +53,6 @@ struct Environment {
     double azimuth = 0.0;     // degrees by which the image is turned about `up`, counter-clockwise seen from its tip
 };
 
-using Light = std::variant<PointLight, SpotLight, AreaLight, DirectionalLight, Environment>;
+using Light = std::variant<PointLight, SpotLight, PhotometricLight, AreaLight, DirectionalLight, Environment>;
 
 }  // namespace surflux

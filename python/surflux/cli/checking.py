@@ -126,7 +126,7 @@ def _witnesses(scene, viewpoint):
     if scene.camera is not None:
         yield "the camera", np.asarray(scene.camera.eye, float)
     for k, light in enumerate(scene.lights):
-        if isinstance(light, (sf.PointLight, sf.SpotLight)):
+        if isinstance(light, (sf.PointLight, sf.SpotLight, sf.PhotometricLight)):
             yield f"light {k}", np.asarray(light.position)
         elif isinstance(light, sf.AreaLight):
             yield f"light {k}", np.asarray(light.corner) + 0.5 * np.add(light.edge_u, light.edge_v)

@@ -9,10 +9,10 @@ import numpy as np
 from surflux._base import check
 from surflux._base.types import FilePath
 from surflux.scenes.lights import Light
-from surflux.scenes.scene_file import LIGHT_KEYS, LIGHT_TYPES, Table, arguments_of, read_toml
+from surflux.scenes.scene_file import LIGHT_TYPES, Table, lamp_arguments, read_toml
 
-_TYPES = ("point", "spot", "area", "directional")
-_NUMBERS = ("cone", "penumbra")
+_TYPES = ("point", "spot", "photometric", "area", "directional")
+_NUMBERS = ("cone", "penumbra", "azimuth")
 _COLORS = ("intensity", "exitance", "irradiance")
 _SMOOTH = ("position", "corner", "direction")  # what may go through keyframes without a bend
 _MOST_FRAMES = 1_000_000
@@ -79,7 +79,7 @@ class _Lamp:
         self._table, self._smooth = table, smooth
         self._kind = table.choice("type", _TYPES)
         self._at = table.get("at")
-        given = arguments_of(table, LIGHT_KEYS[self._kind])
+        given = lamp_arguments(table, self._kind)
         moving = {key: _keyframes(table, key, value) for key, value in given.items() if _is_moving(key, value)}
         self._fixed = {key: value for key, value in given.items() if key not in moving}
         self.moves = bool(moving)

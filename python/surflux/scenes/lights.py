@@ -17,6 +17,7 @@ from surflux._base import check
 from surflux._base.color import rgb_of_grey
 from surflux._base.types import FilePath, Floats, Vector
 from surflux.pictures.images import read_image
+from surflux.scenes.photometric_light import PhotometricLight
 
 
 def _set(light, **values):
@@ -383,5 +384,5 @@ def power_name(light):
     return next(name for name in ("intensity", "exitance", "irradiance") if hasattr(light, name))
 
 
-Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment
-LIGHTS = (PointLight, SpotLight, AreaLight, DirectionalLight, Environment)
+Light: TypeAlias = PointLight | SpotLight | PhotometricLight | AreaLight | DirectionalLight | Environment
+LIGHTS = (PointLight, SpotLight, PhotometricLight, AreaLight, DirectionalLight, Environment)

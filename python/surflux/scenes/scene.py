@@ -27,8 +27,8 @@ class Scene:
             among themselves alone (a reconstruction group, L07 section 6.1). Points of several objects on one surface,
             as overlapping scans have them or slices of one cloud, share its area; so do areas that were given, unless
             they are such shares already.
-        lights: list of PointLight, SpotLight, AreaLight, DirectionalLight, Environment and Sky; may be empty where
-            surfels have emission.
+        lights: list of PointLight, SpotLight, PhotometricLight, AreaLight, DirectionalLight, Environment and Sky; may
+            be empty where surfels have emission.
         camera: Camera from which the scene wants to be seen, or None.
         name: text for titles and messages.
         solve_options: dict of options for solve() by its own names, all but threads and progress. They count in

@@ -7,13 +7,15 @@ from surflux._base import check
 from surflux.meshes.faces import ARRAYS, Faces
 from surflux.pictures.camera import Camera
 from surflux.points.surfels import Surfels
-from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, PointLight, SpotLight
+from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, PhotometricLight, PointLight, SpotLight
+from surflux.scenes.photometry import Photometry
 from surflux.scenes.scene import Scene
 
-_LIGHTS = {light.__name__: light for light in (PointLight, SpotLight, AreaLight, DirectionalLight)}
+_LIGHTS = {light.__name__: light for light in (PointLight, SpotLight, PhotometricLight, AreaLight, DirectionalLight)}
 _ARGUMENTS = {
     PointLight: ("position", "intensity"),
     SpotLight: ("position", "direction", "intensity", "cone", "penumbra"),
+    PhotometricLight: ("position", "direction", "azimuth", "intensity"),
     AreaLight: ("corner", "edge_u", "edge_v", "exitance"),
     DirectionalLight: ("direction", "irradiance"),
 }
@@ -38,6 +40,8 @@ def scene_arrays(scene):
             arrays[f"light_{k}"] = np.asarray(light.image_or_rgb, np.float64)
         else:
             values |= {name: getattr(light, name) for name in _ARGUMENTS[type(light)]}
+            if isinstance(light, PhotometricLight):
+                values["photometry"] = light.photometry._to_file()
         lights.append(values)
     about = {
         "name": scene.name,
@@ -107,4 +111,6 @@ def _require_indices(indices, shape, low, end=np.inf):
 
 def _light(values, image):
     kind = values.pop("type")
+    if "photometry" in values:
+        values["photometry"] = Photometry(**values["photometry"])
     return Environment._of_file(image, **values) if kind == "Environment" else _LIGHTS[kind](**values)

@@ -16,6 +16,7 @@ from surflux.pictures.camera import Camera
 from surflux.points.arranging import divide_patches
 from surflux.scenes import lights as light_types
 from surflux.scenes.options import OPTIONS, check_options
+from surflux.scenes.photometry import read_photometry
 from surflux.scenes.scene import Scene
 from surflux.scenes.scene_counts import shared_out
 from surflux.scenes.scene_object import open_object
@@ -23,6 +24,7 @@ from surflux.scenes.scene_object import open_object
 LIGHT_TYPES = {
     "point": light_types.PointLight,
     "spot": light_types.SpotLight,
+    "photometric": light_types.PhotometricLight,
     "area": light_types.AreaLight,
     "directional": light_types.DirectionalLight,
     "environment": light_types.Environment,
@@ -30,6 +32,7 @@ LIGHT_TYPES = {
 LIGHT_KEYS = {
     "point": ("position", "intensity"),
     "spot": ("position", "direction", "intensity", "cone", "penumbra"),
+    "photometric": ("position", "photometry", "direction", "azimuth", "intensity"),
     "area": ("corner", "edge_u", "edge_v", "exitance"),
     "directional": ("direction", "irradiance"),
     "environment": ("radiance", "image", "up", "azimuth"),
@@ -107,6 +110,8 @@ def load_scene(
     - "point": position, intensity (W/sr).
     - "spot": position, direction (from the light into the scene), intensity (W/sr on the axis), cone (45) and penumbra
       (5), full angles in degrees.
+    - "photometric": position, photometry (the path of a luminaire's IES or EULUMDAT file), direction ([0, 0, -1]),
+      azimuth (0), degrees about it, and intensity (1), times what the file has.
     - "area": corner, edge_u, edge_v (perpendicular; shines along edge_u x edge_v), exitance (W/m2).
     - "directional": direction (of travel), irradiance (W/m2).
     - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture, whose columns go
@@ -345,14 +350,22 @@ class Table:
             raise self.error(self._key_of_file, str(error)) from None
 
 
-def arguments_of(table, keys):
+def arguments_of(table, keys, optional=frozenset()):
     """What the table has of these keys; a misspelt key is told before the one that is missing for it."""
     found = {key: table.get(key) for key in keys}
     table.no_more_keys()
     for key, value in found.items():
-        if value is None and key not in _OPTIONAL:
+        if value is None and key not in _OPTIONAL | optional:
             raise table.error(key, "is missing")
     return {key: value for key, value in found.items() if value is not None}
+
+
+def lamp_arguments(table, kind):
+    """What the table of a light, which is no environment, has of that light's keys."""
+    if kind != "photometric":
+        return arguments_of(table, LIGHT_KEYS[kind])
+    found = arguments_of(table, LIGHT_KEYS[kind], {"direction", "intensity"})
+    return found | {"photometry": read_photometry(table.file("photometry"))}
 
 
 def _light(table):
@@ -367,7 +380,7 @@ def _light(table):
         if "image" in table:
             arguments["image"] = table.file("image")
     else:
-        arguments = arguments_of(table, keys)
+        arguments = lamp_arguments(table, kind)
     return table.call(LIGHT_TYPES[kind], **arguments)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux._base.warn import warn
-from surflux.scenes.lights import AreaLight, PointLight, SpotLight
+from surflux.scenes.lights import AreaLight, PhotometricLight, PointLight, SpotLight
 
 _CLOSE = 0.05  # of the distance from where light is asked for
 _NONE = 1e-5  # of what is close: rounding
@@ -29,7 +29,7 @@ def warn_of_close_lamps(scene, points, samples):
 
 def _extent(light):
     """(where a light is, half its width); (None, 0) of none that has a place or any power."""
-    if isinstance(light, PointLight | SpotLight) and np.any(light.intensity):
+    if isinstance(light, PointLight | SpotLight | PhotometricLight) and np.any(light.intensity):
         return np.asarray(light.position, float), 0.0
     if isinstance(light, AreaLight) and np.any(light.exitance):
         u, v = np.asarray(light.edge_u, float), np.asarray(light.edge_v, float)
@@ -70,5 +70,7 @@ def _shines(light, directions):
     if isinstance(light, SpotLight):
         axis = np.asarray(light.direction, float) / np.linalg.norm(light.direction)
         return directions @ axis > np.cos(np.radians(0.5 * light.cone))
+    if isinstance(light, PhotometricLight):
+        return light._shares(directions) > 0.0
     front = np.cross(light.edge_u, light.edge_v)
     return directions @ front > 0.5 * np.linalg.norm(front)

@@ -5,7 +5,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
-from surflux.scenes.lights import DirectionalLight, Environment, PointLight, SpotLight, power_name
+from surflux.scenes.lights import DirectionalLight, Environment, PhotometricLight, PointLight, SpotLight, power_name
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
 # little: turned inside out, they are lit here and there.
@@ -183,6 +183,8 @@ def _rays_of(lamp):
     if isinstance(lamp, SpotLight):
         inside = ways[ways @ lamp.direction > np.cos(np.radians(lamp.cone / 2.0))]
         return lamp.position, np.concatenate([inside, [lamp.direction]])
+    if isinstance(lamp, PhotometricLight):
+        return lamp.position, ways[lamp._shares(ways) > 0.0]
     middle = np.add(lamp.corner, np.add(lamp.edge_u, lamp.edge_v) / 2.0)
     return middle, ways[ways @ np.cross(lamp.edge_u, lamp.edge_v) > 0.0]
 
@@ -197,6 +199,8 @@ def _even_ways(count):
 def _shines(light):
     if isinstance(light, Environment):
         return bool(np.any(light.radiance if light.image is None else light.image))
+    if isinstance(light, PhotometricLight) and not light.photometry.candela.any():
+        return False
     return bool(np.any(getattr(light, power_name(light))))
 
 

@@ -168,8 +168,8 @@ class LampRenderer:
         """The picture under these lights: the same bits for any number of threads, whatever was drawn before.
 
         Args:
-            lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight. Area lights are seen as they
-                shine.
+            lights: one or a list of PointLight, SpotLight, PhotometricLight, AreaLight and DirectionalLight. Area
+                lights are seen as they shine.
             layers: True for a dict of all that is known about each pixel, or a list of some of the names: "radiance",
                 "direct" and "indirect" (h, w, 3), "albedo", "alpha", "normal", "depth" and "index", as Solution.render
                 has them. The albedo of a patch is its own, or its texture's, and does not blend. Where `reflectance` is

@@ -12,13 +12,22 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Floats, Progress
-from surflux.scenes.lights import AreaLight, DirectionalLight, Environment, Light, PointLight, SpotLight, power_name
+from surflux.scenes.lights import (
+    AreaLight,
+    DirectionalLight,
+    Environment,
+    Light,
+    PhotometricLight,
+    PointLight,
+    SpotLight,
+    power_name,
+)
 from surflux.scenes.sky import Sky
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
 from surflux.solving.transfer import LARGEST, Transfer
 
-LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
+LOCAL = PointLight, SpotLight, PhotometricLight, AreaLight, DirectionalLight
 _TAKEN = {
     Environment: '; precompute_transfer(scene, "distant") or "sky" takes it',
     Sky: '; precompute_transfer(scene, "sky") takes it',
@@ -82,8 +91,8 @@ class LocalTransfer(Transfer):
         light has rays of its own.
 
         Args:
-            lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight, of at most 1e30 in their
-                units each.
+            lights: one or a list of PointLight, SpotLight, PhotometricLight, AreaLight and DirectionalLight, of at most
+                1e30 in their units each.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
@@ -138,7 +147,7 @@ class LocalTransfer(Transfer):
             if not isinstance(light, LOCAL):
                 what = type(light).__name__
                 got = f"{what} at index {index}{_TAKEN.get(type(light), '')}"
-                raise ValueError(f"lights: wanted point, spot, area or directional lights, got {got}")
+                raise ValueError(f"lights: wanted point, spot, photometric, area or directional lights, got {got}")
             power = power_name(light)
             if max(getattr(light, power)) > LARGEST:
                 got = f"{max(getattr(light, power)):g} at index {index}"

@@ -89,5 +89,9 @@ class LampControls(RelitControls):
         """Writes the lamps, as load_lamps and scene files have them; what to say."""
         names = (f"lamps{'' if k == 1 else f'-{k}'}.toml" for k in count(1))
         path = self._path or next(path for path in map(Path, names) if not path.exists())
-        Path(path).write_text(lamps_text(self.view.lights()))
+        try:
+            text = lamps_text(self.view.lights())
+        except ValueError as fault:
+            return str(fault)
+        Path(path).write_text(text)
         return f"the lamps are in {Path(path).resolve()} now"

@@ -37,8 +37,8 @@ def move_lamps(
 
     Args:
         transfer: LocalTransfer, as precompute_transfer finds it.
-        lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight, to begin with. None for a point
-            light in the air that the camera sees, from where it lights most of what is seen.
+        lights: one or a list of PointLight, SpotLight, PhotometricLight, AreaLight and DirectionalLight, to begin with.
+            None for a point light in the air that the camera sees, from where it lights most of what is seen.
         style: "disks", "splats" (colours run into each other) or "points"; None for splats, of more than 100 000
             surfels disks.
         stops: of exposure; 0 shows the brightest percent of the light of the beginning as white.

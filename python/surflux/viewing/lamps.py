@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 import colorsys
+import json
+import os
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from surflux.drawing.colors import LUMINANCE
-from surflux.scenes.lights import AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
+from surflux.scenes.lights import (
+    AreaLight,
+    DirectionalLight,
+    Light,
+    PhotometricLight,
+    PointLight,
+    SpotLight,
+    power_name,
+)
+from surflux.scenes.photometry import Photometry
 
-KINDS = {PointLight: "point", SpotLight: "spot", AreaLight: "area", DirectionalLight: "directional"}
+KINDS = {
+    PointLight: "point",
+    SpotLight: "spot",
+    PhotometricLight: "photometric",
+    AreaLight: "area",
+    DirectionalLight: "directional",
+}
 STOPS = 6.0  # how much brighter or darker a lamp can be made
 
 
@@ -69,6 +86,8 @@ class Lamp:
         """What it is now, in a line."""
         power = getattr(self.light, power_name(self.light))
         unit = {"intensity": "W/sr", "exitance": "W/m2", "irradiance": "W/m2"}[power_name(self.light)]
+        if isinstance(self.light, PhotometricLight):
+            unit = "times its photometry"
         place = "" if self.place is None else f" at {_numbers(self.place)},"
         return f"{KINDS[type(self.light)]} light{place} {_numbers(power)} {unit}"
 
@@ -83,6 +102,10 @@ def lamps_text(lights):
     for light in lights:
         lines = ["[[light]]", f'type = "{KINDS[type(light)]}"']
         for name, value in vars(light).items():
+            if isinstance(value, Photometry):
+                if value.source is None:
+                    raise ValueError("lights: the photometry of one is of no file, which a table would name")
+                value = json.dumps(os.path.abspath(value.source), ensure_ascii=False)
             lines.append(f"{name} = {list(value) if isinstance(value, tuple) else value}")
         tables.append("\n".join(lines) + "\n")
     return "\n".join(tables)
