@@ -12,7 +12,7 @@ using namespace surflux;
 namespace {
 
 PhotometricLight lamp(std::vector<double> planes, std::vector<double> angles, std::vector<double> table) {
-    return {{0, 0, 0}, {0, 0, -1}, {1, 0, 0}, Rgb(1.0), std::move(planes), std::move(angles), std::move(table)};
+    return {{0, 0, 0}, {0, 0, -1}, {1, 0, 0}, Rgb{1, 1, 1}, std::move(planes), std::move(angles), std::move(table)};
 }
 
 PhotometricLight uneven() {

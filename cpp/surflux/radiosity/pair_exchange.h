@@ -59,6 +59,8 @@ private:
     bool emits(std::uint32_t i) const { return !(scene_.surfels.emission[i] == Rgb{}); }
     double kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const;
     double near_factor(std::uint32_t i, std::uint32_t j) const;
+    double near_factor_of_triangles(std::uint32_t i, std::uint32_t j) const;
+    double near_factor_of_disk(std::uint32_t i, std::uint32_t j) const;
     double between_nodes(std::uint32_t i, std::uint32_t j) const;
     double between_polygons(std::uint32_t i, std::uint32_t j, int count, Grading grading = Grading::graded) const;
     bool rise_above_each_other(std::uint32_t i, std::uint32_t j) const;

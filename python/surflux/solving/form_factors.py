@@ -9,6 +9,7 @@ from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Floats, Progress
 from surflux._base.warn import warn
+from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
 from surflux.solving.run import check_scene
 
@@ -74,7 +75,8 @@ def form_factors(
             the scene and what ends on back faces. Needs visibility.
 
     Warns:
-        UserWarning: pairs of patches that a million rays did not bring to `error`, and how many.
+        UserWarning: patches on which walls of other objects stand: each has one row for both sides. Pairs of patches
+            that a million rays did not bring to `error`, and how many.
 
     Returns:
         (n, n) float64.
@@ -106,6 +108,7 @@ def form_factors(
     }
     with thread_limit(threads):
         core = scene._to_core(progress=progress)
+        warn_of_layers(scene)
         with stage_callback(progress) as callback:
             factors, escape, imprecise, _ = _core.form_factors(core, visibility, **options, progress=callback)
     if imprecise:

@@ -170,6 +170,48 @@ def test_coaxial_disks():
         assert factors[:300, 300:].sum(axis=1).mean() == pytest.approx(wanted, rel=5e-3)
 
 
+def between_disks(h):
+    """Of two coaxial ones of radius 1."""
+    s = 1.0 + (1.0 + 1.0 / h**2) * h**2
+    return 0.5 * (s - np.sqrt(s * s - 4.0))
+
+
+@pytest.mark.parametrize("h", [0.05, 0.2, 0.5, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("turned", [[1, 0, 0], [0.3, -0.2, 0.9]])
+def test_disks_that_stand_alone_see_each_other_up_close(h, turned):
+    """They exchanged .25 for .95: points of them were spread out twice."""
+    axis = np.array(turned) / np.linalg.norm(turned)
+    disks = sf.Surfels([[0, 0, 0], h * axis], [axis, -axis], radii=1.0)
+    room = cube_inside(1, 0.0)
+    room = sf.Surfels.from_mesh((12.0 * (room.triangles.reshape(-1, 3) - 0.5), np.arange(36).reshape(-1, 3)), 1.0)
+    for others in ([], [room]):
+        F = sf.form_factors(sf.Scene([disks, *others]), visibility=False)
+        assert F[0, 1] == pytest.approx(between_disks(h), rel=0.02)
+    assert sf.form_factors(sf.Scene([disks, room]))[0, 1] == pytest.approx(between_disks(h), rel=0.03)
+
+
+@pytest.mark.parametrize("radius", [0.6, 1.0, 1.6])
+@pytest.mark.parametrize("h", [0.2, 1.0, 3.0])
+def test_a_disk_that_stands_alone_sees_a_polygon(radius, h):
+    turn = 2.0 * np.pi * np.arange(64) / 64
+    gon = sf.Surfels.from_mesh(
+        (np.c_[radius * np.cos(turn), radius * np.sin(turn), np.full(64, h)], [np.arange(64)[::-1]])
+    )
+    disk = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0)
+    far, near = h, h / radius
+    s = 1.0 + (1.0 + 1.0 / near**2) * far**2
+    wanted = 0.5 * (s - np.sqrt(s * s - 4.0 * radius**2))
+    assert sf.form_factors(sf.Scene([disk, gon]), visibility=False)[0, 1:].sum() == pytest.approx(wanted, rel=0.03)
+
+
+def test_walls_that_stand_on_patches_are_told():
+    """As by the operator: heat is reckoned with one temperature for both sides."""
+    floor = patch([0, 0, 0], [2, 0, 0], [0, 2, 0], 0.5, 0.0, 4.0)
+    wall = sf.Surfels.from_mesh(([[1, 0, 0], [1, 2, 0], [1, 2, 1], [1, 0, 1]], [[0, 1, 2, 3], [3, 2, 1, 0]]))
+    with pytest.warns(UserWarning, match="walls of other objects stand on 1 patch"):
+        sf.form_factors(sf.Scene([floor, wall]))
+
+
 @pytest.mark.slow
 def test_closed_cube_and_sphere():
     for s in (cube_inside(13), ball_inside(1000)):
