@@ -132,7 +132,7 @@ def _without_steps(options, scan, rows, alone):
         return scan, rows
     moved, kept = found
     alone[rows[~kept]] = True
-    return replace(scan, points=moved)[kept], rows[kept]
+    return replace(scan, points=moved, fitted=None)[kept], rows[kept]
 
 
 def patches_of_file(options):

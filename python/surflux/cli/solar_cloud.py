@@ -79,6 +79,8 @@ def scene_of_scan(options, scan, frame):
     of the one do not go by points of the other.
     """
     casters, receivers = parts_of(options, scan)
+    if options.casters is not None:  # what is left out was among the points that normals were fitted to
+        scan = replace(scan, fitted=None)
     rows = np.flatnonzero(casters)
     used, first, _ = cleaned(scan[rows], options.keep_outliers)
     used, first = rows[used], rows[first]
@@ -95,7 +97,8 @@ def scene_of_scan(options, scan, frame):
     orient = options.normals in (None, "check")
     is_guessed = viewpoint is None and moved.normals is None and not np.any(np.isfinite(moved.viewpoints))
     if is_guessed:
-        normals = normals_of_terrain(moved.points) if is_terrain(moved.points) else _towards_sky(moved, options.threads)
+        terrain = is_terrain(moved.points)
+        normals = normals_of_terrain(moved.points, moved.fitted) if terrain else _towards_sky(moved, options.threads)
         moved, orient = replace(moved, normals=normals), False
     whole = moved.surfels(reflectance, viewpoint=viewpoint, orient=orient, progress=True)
     groups, objects = [np.flatnonzero(told), np.flatnonzero(~told)], [whole]
@@ -122,7 +125,7 @@ def _towards_sky(scan, threads):
     """Estimated normals of a Scan: outwards, and those of open sheets, as of a roof alone, upwards."""
     sky = high_above(scan.points.min(axis=0), scan.points.max(axis=0))
     with watched(threads, True):
-        return outward_normals(scan.points, scan.name, towards=sky, place="the sky")
+        return outward_normals(scan.points, scan.name, towards=sky, place="the sky", fitted=scan.fitted)
 
 
 def _in_frame(scan, frame):
@@ -138,4 +141,5 @@ def _in_frame(scan, frame):
         normals=None if scan.normals is None else frame.normals(scan.normals),
         attributes=attributes,
         viewpoints=frame.points(scan.viewpoints),
+        fitted=None if scan.fitted is None else frame.normals(scan.fitted),
     )

@@ -9,26 +9,57 @@ from surflux.geometry.facing import facing_of
 
 # Neighbours that a normal is fitted to.
 NORMAL_NEIGHBORS = 16
+# Cosine of a normal with the way to where it was seen from, up to which that does not tell its side; those around do.
+_EDGE_ON = 0.1
+_VOTERS = 8
 _ONE_SIDE = 0.6  # of the rays that meet bodies, in front less behind: as of light that comes to a closed sheet
 _SAID = 0.05  # of the points in rooms, or on open surfaces: less is noise
 
 
-def estimated_normals(points, viewpoint):
-    """(n, 3) unit normals of checked points."""
+def estimated_normals(points, viewpoint, fitted=None):
+    """(n, 3) unit normals of checked points.
+
+    fitted: (n, 3) those of a fit to more points, see `Scan.fitted`: all that is left is to turn them; None to fit.
+    """
     if len(points) < 3:
         few = check.counted(len(points), "point")
         raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {few}; got None")
-    return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=stage("normals"))
+    if fitted is None:
+        count = min(NORMAL_NEIGHBORS, len(points) - 1)
+        return _core.estimate_normals(points, count, viewpoint, progress=stage("normals"))
+    if viewpoint is None:
+        return fitted
+    way = viewpoint - points
+    length = np.maximum(np.linalg.norm(way, axis=1), np.finfo(float).tiny)
+    return turned_by(points, fitted, np.sum(way * fitted, axis=1) / length, _EDGE_ON)
 
 
-def outward_normals(points, name="points", places=None, towards=None, place=""):
+def turned_by(points, normals, side, least):
+    """Normals (n, 3), those turned over whose side (n,) is below 0; where it is within `least` of 0, those around tell:
+    normals continue each other if one is that of the other, mirrored at the plane halfway between the two points.
+    """
+    normals = np.where(side[:, None] < 0.0, -normals, normals)
+    unsure = np.flatnonzero(np.abs(side) <= least)
+    if len(unsure) == 0 or len(unsure) == len(points):
+        return normals
+    near = _core.nearest_points(points, min(_VOTERS + 1, len(points)))[unsure, 1:]
+    way = points[near] - points[unsure, None]
+    squared = np.maximum(np.sum(way**2, axis=2), np.finfo(float).tiny)
+    own, others = normals[unsure, None], normals[near]
+    mirrored = np.sum(own * others, axis=2) - 2.0 * np.sum(own * way, axis=2) * np.sum(others * way, axis=2) / squared
+    votes = np.sum(np.where(np.abs(side[near]) > least, mirrored, 0.0), axis=1)
+    normals[unsure[votes < 0.0]] *= -1.0
+    return normals
+
+
+def outward_normals(points, name="points", places=None, towards=None, place="", fitted=None):
     """(n, 3) unit normals of checked points of which nothing says from where they were seen.
 
     They face the side from which rays see each sheet; what closes around one of the places (k, 3) is seen from there.
     Most of an open sheet faces `towards` (3,), where it is given: `place` in words. What was taken for granted is
-    logged, under that name.
+    logged, under that name. fitted: as estimated_normals takes it.
     """
-    normals = np.array(estimated_normals(points, None))
+    normals = np.array(estimated_normals(points, None, fitted))
     found = facing_of(points, normals, places, estimated=True)
     normals[found.turned] *= -1.0
     normals[found.open & (found.bodies < -_ONE_SIDE)] *= -1.0  # a floor faces what stands on it

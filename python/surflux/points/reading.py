@@ -74,7 +74,8 @@ def read(
             the first at one place that face one side. Points of a depth camera are moved, see
             Scan.without_depth_steps.
         points: at most so many: a file with more is thinned while it is read, to an even sample of one point in each
-            cell of a grid, without ever being whole in memory. None for all.
+            cell of a grid, without ever being whole in memory. None for all. Normals that the file lacks are fitted to
+            more points: eight times as many, up to a million, or twice as many. Radii are those of what is left.
         seed: of that grid.
         threads: at most this many; None for all.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;

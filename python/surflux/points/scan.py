@@ -17,6 +17,7 @@ from surflux._base.files import file_error
 from surflux._base.frozen import frozen, given_away
 from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
+from surflux.points.denser import denser_normals
 from surflux.points.depth_steps import without_steps
 from surflux.points.exposure import warn_of_black
 from surflux.points.properties import has_linear, unit_normals, warn_of_colors_left
@@ -67,12 +68,15 @@ class Scan:
     """Of messages: the path."""
     frame: Mapping[str, Any] | None = None
     """Of a LAS file: steps of its coordinates, its reference system and format of points, which save keeps."""
+    fitted: Floats | None = None
+    """(n, 3), unit: of points without normals that were thinned while they were read, those of fits to more points of
+    the file, which surfels() turns to the side that is seen. None: it fits them to the points."""
 
     def __post_init__(self) -> None:
         points = check.numeric("points", self.points)
         n = len(points) if points.ndim else 1
         own = {"points": check.rows("points", points, n, 3)}
-        for name in ("normals", "reflectance"):
+        for name in ("normals", "reflectance", "fitted"):
             if (value := getattr(self, name)) is not None:
                 own[name] = check.rows(name, value, n, 3)
         if "reflectance" in own:
@@ -130,6 +134,7 @@ class Scan:
             some(self.rows) if len(self.rows) == len(self) else self.rows,
             self.name,
             self.frame,
+            some(self.fitted),
         )
 
     def surfels(
@@ -191,7 +196,7 @@ class Scan:
         """
         with watched(None, progress):
             found = without_steps(self.points)
-        return self if found is None else replace(self, points=found[0])[found[1]]
+        return self if found is None else replace(self, points=found[0], fitted=None)[found[1]]
 
     def save(
         self,
@@ -341,6 +346,7 @@ def scan_of_columns(path, read):
             places = place[None, :]
             if normals is None:
                 LOG.info(FACING, os.fsdecode(path), FACED[kind])
+    fitted = None if read.around is None else denser_normals(points, read)
     if not has_linear(columns, "reflectance"):  # else colours show something else
         warn_of_black(os.fsdecode(path), colors)
         if colors is None:
@@ -354,6 +360,7 @@ def scan_of_columns(path, read):
         given_away(read.rows),
         file_error(path, "").args[0].removesuffix(": "),
         read.frame,
+        None if fitted is None else given_away(fitted),
     )
 
 

@@ -30,7 +30,8 @@ _KEEP = "`--normals keep`, or orient=False, leaves them as they are"
 
 
 def arrays_of_scan(scan):
-    """What a Scan says about surfels, as load_arrays has it, with its viewpoints, and the scan of each point.
+    """What a Scan says about surfels, as load_arrays has it, with its viewpoints, the scan of each point, and normals
+    that were fitted where it was denser.
 
     NaN is not known, as in what `surflux solve` writes of points that it leaves out.
     """
@@ -51,7 +52,7 @@ def arrays_of_scan(scan):
         require_less_than_one(scan.name, out["reflectance"])
     out["gloss"] = take_gloss(scan.name, columns)
     out["columns"] = columns
-    out["viewpoints"], out["scan"] = scan.viewpoints, columns.get("scan")
+    out["viewpoints"], out["scan"], out["fitted"] = scan.viewpoints, columns.get("scan"), scan.fitted
     return out
 
 
@@ -137,17 +138,18 @@ def _complete_normals(path, arrays, viewpoint, orient):
     """The file's normals, the bad ones among them estimated; None where all are bad or missing, and can be left to
     Surfels.
     """
-    normals = arrays["normals"]
+    normals, fitted = arrays["normals"], arrays.get("fitted")
     bad = np.ones(0, dtype=bool) if normals is None else np.isnan(normals[:, 0])
     if np.any(bad):
         some = f"{np.count_nonzero(bad)} of {len(bad)}"
         warn(f"{os.fsdecode(path)}: {some} normals are zero or not finite and were estimated")
     if np.all(bad):  # or missing
         if viewpoint is not None:
-            return None
-        known = _towards_scanners(arrays)
-        return normals_of_seen(os.fsdecode(path), arrays["points"], orient) if known is None else known
-    out, estimated = with_estimated(arrays["points"], normals, bad, viewpoint) if np.any(bad) else (normals, None)
+            return None if fitted is None else estimated_normals(arrays["points"], viewpoint, fitted)
+        known = _towards_scanners(arrays, fitted)
+        return normals_of_seen(os.fsdecode(path), arrays["points"], orient, fitted) if known is None else known
+    given = arrays["points"], normals, bad, viewpoint, fitted
+    out, estimated = with_estimated(*given) if np.any(bad) else (normals, None)
     if orient is not None and not len(arrays.get("triangles", ())):
         places = orient if viewpoint is None else np.vstack([orient, viewpoint])
         out = _turned_over(path, arrays["points"], out, places)
@@ -191,11 +193,11 @@ def _turned_over(path, points, normals, places):
     return np.where(found.turned[:, None], -normals, normals)
 
 
-def with_estimated(points, normals, bad, viewpoint):
+def with_estimated(points, normals, bad, viewpoint, fitted=None):
     """((n, 3) normals with those that are bad, some but not all, estimated and to the side of the nearest good one;
     (n, 3) estimates of all, towards the viewpoint).
     """
-    estimated = np.array(estimated_normals(points, viewpoint))
+    estimated = np.array(estimated_normals(points, viewpoint, fitted))
     nearest = _nearest(points[~bad], points[bad])
     flipped = np.sum(estimated[bad] * normals[~bad][nearest], axis=1) < 0.0
     out = normals.copy()
@@ -203,12 +205,12 @@ def with_estimated(points, normals, bad, viewpoint):
     return out, estimated
 
 
-def _towards_scanners(arrays):
+def _towards_scanners(arrays, fitted):
     """Estimated normals of points of several scans, each towards its own scanner; None where no position is known."""
     places, scan = arrays.get("viewpoints", ()), arrays.get("scan")
     if scan is None or scan.ndim != 1 or not np.any(np.isfinite(places)):
         return None
-    normals = np.array(estimated_normals(arrays["points"], None))
+    normals = np.array(estimated_normals(arrays["points"], None, fitted))
     with np.errstate(invalid="ignore"):
         known = (scan >= 0) & (scan < len(places)) & (scan == np.floor(scan))  # any file may have such a column
     seen_from = np.where(known[:, None], places[np.where(known, scan, 0).astype(np.int64)], np.nan)

@@ -24,16 +24,16 @@ def viewed_from(points):
     return kind, high_above(points.min(axis=0), points.max(axis=0)) if kind == "terrain" else np.zeros(3)
 
 
-def normals_of_seen(name, points, places=None):
-    """(n, 3) unit normals, estimated, of points (n, 3) of which nobody says from where they were seen.
+def normals_of_seen(name, points, places=None, fitted=None):
+    """(n, 3) unit normals of points (n, 3), see estimated_normals, of which nobody says from where they were seen.
 
     They face the place of viewed_from, or else outwards (outward_normals); what was taken for granted is logged.
     """
     kind, place = viewed_from(points)
     if kind is None:
-        return outward_normals(points, name, places)
+        return outward_normals(points, name, places, fitted=fitted)
     LOG.info(FACING, name, FACED[kind])
-    return normals_of_terrain(points) if kind == "terrain" else normals_towards(points, place)
+    return normals_of_terrain(points, fitted) if kind == "terrain" else normals_towards(points, place, fitted)
 
 
 def normals_of_array(points):

@@ -12,9 +12,9 @@ _AT_GROUND = 0.25  # widths of a cell, which is two spacings: as near to the gro
 _HIGH = 100.0  # extents: from so far above all of a terrain is seen
 
 
-def normals_of_terrain(points):
-    """(n, 3) unit normals, estimated, of points (n, 3) of a terrain: upwards, and of facades outwards."""
-    normals, is_open = _normals_towards(points, high_above(points.min(axis=0), points.max(axis=0)))
+def normals_of_terrain(points, fitted=None):
+    """(n, 3) unit normals of points (n, 3) of a terrain, see estimated_normals: upwards, and of facades outwards."""
+    normals, is_open = _normals_towards(points, high_above(points.min(axis=0), points.max(axis=0)), fitted)
     down = np.flatnonzero(normals[:, 2] < -_LEVEL)
     heights = _Heights(points[normals[:, 2] > _LEVEL])
     is_ground = np.abs(points[down, 2] - heights.lowest(points[down])) < _AT_GROUND * heights.width
@@ -22,14 +22,14 @@ def normals_of_terrain(points):
     return np.where(is_open[:, None], facades_outwards(points, normals), normals)  # of bodies rays have told
 
 
-def normals_towards(points, place):
+def normals_towards(points, place, fitted=None):
     """The same, towards a place (3,), which has seen all of them."""
-    return _normals_towards(points, place)[0]
+    return _normals_towards(points, place, fitted)[0]
 
 
-def _normals_towards(points, place):
+def _normals_towards(points, place, fitted):
     """(The same; (n,) which of them are on open surfaces.)"""
-    normals = np.array(estimated_normals(points, place))
+    normals = np.array(estimated_normals(points, place, fitted))
     found = facing_of(points, normals, place[None], estimated=True)
     return np.where((found.turned & ~found.open)[:, None], -normals, normals), found.open  # both sides of a plate
 

@@ -24,6 +24,9 @@ _REACHES = ("radius", "area")
 _FARTHEST = 1e30
 _NEARLY = 0.95  # of the points that are asked for: fewer are told
 _UNIFORM = 30_000  # points that tell how dense the scanner was
+# Times the points that are taken: what is kept besides for fits, and of few points as many as are soon fitted.
+_LEAST_AROUND, _MOST_AROUND, _FIT_IN = 2, 8, 1_000_000
+_NOISE = (7, 18)  # classes of LAS
 _ROW = "\0row"  # no column of a file has this name
 
 
@@ -37,6 +40,8 @@ class Columns(NamedTuple):
     faces: int
     frame: dict | None = None  # as PointFile has it
     uniform: np.ndarray | None = None  # (m, 3): of points that are thinned, some as dense as they were but for a factor
+    around: np.ndarray | None = None  # (m, 3): of points without normals that are thinned, more, as even; else None
+    cell: float | None = None  # of the grid that they are thinned by
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
@@ -59,6 +64,7 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
     thin = points is not None and (opened.count is None or opened.count > points)
     sample, kept = EvenSample(points, seed) if thin else None, []
     uniform = UniformSample(_UNIFORM, seed) if thin else None
+    around = EvenSample(_around(points), seed) if thin else None
     told, count, dropped = stage("reading"), 0, 0
     for chunk in opened.chunks:
         first, count = count, count + len(chunk["points"])
@@ -76,6 +82,7 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
         if len(rows) and thin:
             uniform.add(chunk["points"])
             sample.add(chunk)
+            around = _added(around, chunk)
         elif len(rows):
             kept.append(chunk)
         report(told, count, opened.count or 0)
@@ -96,7 +103,27 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
                 "%s: %d points are taken, fewer than the %d asked for: many stand in one place", shown, taken, points
             )
     rows, dense = columns.pop(_ROW), uniform.points() if thin else None
-    return Columns(columns, rows, count, opened.viewpoints(), opened.faces, opened.frame, dense)
+    more = {} if around is None or len(rows) == count - dropped else around.columns()
+    given = columns, rows, count, opened.viewpoints(), opened.faces, opened.frame, dense
+    return Columns(*given, more.get("points"), sample.cell if more else None)
+
+
+def _around(points):
+    """How many points to keep for fits, of a file of which so many are taken: some times as many, and more of few."""
+    return min(_MOST_AROUND * points, max(_LEAST_AROUND * points, _FIT_IN))
+
+
+def _added(around, chunk):
+    """The EvenSample with what of a chunk is of surfaces; None once points have normals, or of None."""
+    if around is None or np.any(chunk.get("normals", 0.0)):
+        return None
+    points = chunk["points"]
+    strays = np.isin(chunk.get("classification", np.zeros(len(points))), _NOISE) | (
+        np.asarray(chunk.get("withheld", np.zeros(len(points)))) == 1
+    )
+    if not np.all(strays):
+        around.add({"points": points[~strays] if np.any(strays) else points})
+    return around
 
 
 def _check_places(path, points, finite, first):

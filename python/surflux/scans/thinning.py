@@ -23,6 +23,11 @@ class EvenSample:
         self._lattice, self._cell = Lattice(seed), None
         self._kept, self._count = [], 0
 
+    @property
+    def cell(self):
+        """Of the grid; None while all are kept."""
+        return self._cell
+
     def add(self, chunk):
         """Takes a chunk of columns, "points" among them."""
         if self._cell is not None:
