@@ -180,6 +180,23 @@ TEST(Tracer, MeshSurfelsBlockByTheirTrianglesNotTheirDisks) {
     EXPECT_TRUE(tracer.closest({tracer.on(0, o), {0.2, 0.2, 1}}).front);
 }
 
+TEST(Tracer, ABentPatchDoesNotBlockItselfFarFromWhereRaysLeave) {
+    Surfels trough;
+    trough.positions = {{0, 0, 0.4}};
+    trough.normals = {up};
+    trough.radii = {1.5};
+    trough.areas = {2.5};
+    trough.triangles = {{{-1, -1, 1}, {0, -1, 0}, {0, 1, 0}, 0}, {{0, -1, 0}, {1, 1, 1}, {0, 1, 0}, 0}};
+    shapes::finish(trough, 0.5, 0.0);
+    const Tracer tracer(scene_of({trough}));
+    const Vec3 from{-1.0 / 3.0, -1.0 / 3.0, 1.0 / 3.0}, across{1.0 / 3.0, 0.1, 1.0 / 3.0};
+    const Vec3 beyond = from + 3.0 * (across - from);
+    const auto arrives = [&](const Departure& place) { return tracer.free(segment(place, beyond)); };
+    EXPECT_TRUE(arrives(tracer.on(0, from)));
+    EXPECT_FALSE(tracer.closest({tracer.on(0, from), normalized(across - from)}));
+    EXPECT_FALSE(arrives({from + Vec3{0, 0, 0.1}, up}));  // a place in the air: the same patch blocks
+}
+
 TEST(Tracer, NoRaySlipsOutOfAClosedBox) {
     const Scene scene = scene_of({shapes::cube_inside(8, 0.5, 0.0)});
     const Tracer tracer(scene);

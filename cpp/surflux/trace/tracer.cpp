@@ -55,6 +55,7 @@ Tracer::Tracer(const Scene& scene, const Progress& progress) : impl_(std::make_u
         d.spread = scene.spread.empty() ? 0.0f : impl_->to_local(scene.spread[i]);
     };
     parallel_for(s.size(), 4096, add_disk, starting);
+    for (const Impl::Disk& d : impl_->disks) impl_->largest_contact = std::max(impl_->largest_contact, d.contact);
     impl_->end_begin = end_ranges(s);
     for (const DiskEnd& e : s.ends)
         impl_->ends.push_back(

@@ -116,7 +116,8 @@ struct Tracer::Impl {
     Vec3 origin;
     double unit;      // Embree's coordinates are (p - origin) / unit: alike for scenes alike, of whatever size
     double diameter;  // of a ball around the scene
-    Errors errors;    // outlives the device
+    float largest_contact = 0.0f;  // of all surfels
+    Errors errors;                 // outlives the device
     Device device;
     EmbreeScene scene;
 
@@ -271,11 +272,24 @@ struct Tracer::Impl {
         return !faces || hit.distance() > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * q.contact;
     }
 
+    // Is a triangle, of another surfel, too far from both ends of a ray for any of their rules? So are nearly all, and
+    // nothing has to be known of that surfel, which is seldom in a cache.
+    bool is_amid(const Query& query, const Ray& ray, const Crossing& hit) const {
+        if (hit.is_disk || ray.to != no_surfel) return false;
+        const float cosine = hit.cosine(), farthest = 2.0f * largest_contact;
+        if (!(hit.distance() * cosine > farthest)) return false;
+        if (query.segments && !((to_local(ray.length) - hit.distance()) * cosine > farthest)) return false;
+        const std::uint32_t from = ray.from.surfel;
+        return from == no_surfel ||
+               (from != hit.surfel && disks[from].twin != hit.surfel && !backs_of.has(from, hit.surfel));
+    }
+
     // Does the query take no notice of what ray `id` crosses there?
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
         if (query.but != no_object) return is_of(disks[hit.surfel], query.but);
         if (query.nearby) return is_strange(*query.nearby, hit);
         const Ray& ray = query.rays[id];
+        if (is_amid(query, ray, hit)) return false;
         if (ignores(ray.from, hit) || is_over_surface(ray.from.surfel, hit)) return true;
         if (!query.segments) return false;
         if (ends_on(to_local(ray.length), hit)) return true;

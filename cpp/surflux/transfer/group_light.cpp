@@ -82,6 +82,11 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
 double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const {
     const Surfels& s = scene_.scene().surfels;
     double sum = 0.0, all = 0.0;
+    of_leaves_.for_leaf(leaf, [&](std::uint32_t i) {  // all at once: to wait for each takes half of the time
+        __builtin_prefetch(&areas_[i]);
+        __builtin_prefetch(&s.positions[i]);
+        __builtin_prefetch(&s.normals[i]);
+    });
     for_lit(leaf, [&](std::uint32_t i) {
         all += areas_[i];
         if (narrow.of(light.index, i) != nullptr) return;
@@ -282,6 +287,7 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
             std::vector<Ray> rays;
             std::vector<char> free;
             for (std::size_t k = begin; k < end; ++k) aim(shots[k], all, options.seed, samples);
+            for (const std::size_t p : samples) __builtin_prefetch(&s.normals[samples_.samples[p].surfel]);
             Random random(options.seed + end_stream, begin);
             for (const std::size_t p : samples) {
                 Unoccluded::Met met{samples_.position(p), light->extended ? all.from[p] : all.from_all,

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "surflux/core/parallel.h"
+#include "surflux/transfer/tilted_light.h"
+
 namespace surflux {
 
 LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, Figures timings)
@@ -25,7 +28,7 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
                                          const RelightOptions& options) const {
     const SenderGroups& senders = operator_.senders;
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas);
-    std::vector<float> direct(emitted_.sent().size(), 0.0f);
+    std::vector<float> direct;  // of no bounces nothing asks for it
     if (options.bounces != 0) {
         direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
         emitted_.add_at_leaves(direct);
@@ -38,12 +41,8 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     operator_.coefficients(values, TransportOperator::tilted_channels, coefs);
     const Surfels& s = scene_->scene().surfels;
     std::vector<Rgb> out(s.size());
-    operator_.at_surfels.multiply(coefs, TransportOperator::tilted_channels, [&](std::size_t i, const float* sum) {
-        const Vec3& n = s.normals[i];
-        for (int c = 0; c < 3; ++c)
-            out[i][c] =
-                std::max(0.0, static_cast<double>(sum[c]) + n.x * static_cast<double>(sum[3 + c]) +
-                                  n.y * static_cast<double>(sum[6 + c]) + n.z * static_cast<double>(sum[9 + c]));
+    parallel_blocks(s.size(), 512, [&](std::size_t begin, std::size_t end) {
+        irradiance_at_rows(operator_.at_surfels, s.normals, coefs.data(), begin, end, out.data());
     });
     const std::vector<Rgb>& emitted = emitted_.at_surfels();
     for (std::size_t i = 0; i < emitted.size(); ++i) out[i] += emitted[i];

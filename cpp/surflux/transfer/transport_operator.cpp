@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "surflux/core/parallel.h"
+#include "surflux/transfer/tilted_light.h"
 
 namespace surflux {
 
@@ -34,31 +35,9 @@ void TransportOperator::gather(const std::vector<float>& sent, std::size_t chann
 }
 
 void TransportOperator::gather_tilted(const std::vector<float>& sent, std::vector<float>& out) const {
-    constexpr std::size_t ahead = 32;  // links
     out.resize(rows.size() * tilted_channels);
-    parallel_for(rows.size(), 128, [&](std::size_t k) {
-        const Row& row = rows[k];
-        Float4Sum<colors> sum_value, sum_u, sum_v;
-        for (std::uint32_t l = row.begin; l < row.end; ++l) {
-            if (l + ahead < links.size()) __builtin_prefetch(sent.data() + colors * sender(links[l + ahead]));
-            const float met = rays_of(links[l]);
-            const float* from = sent.data() + colors * sender(links[l]);
-            sum_value.add(met, from);
-            sum_u.add(met * static_cast<float>(slopes[l].u), from);
-            sum_v.add(met * static_cast<float>(slopes[l].v), from);
-        }
-        const float *value = sum_value.data(), *u = sum_u.data(), *v = sum_v.data();
-        constexpr float of_slope = 1.0f / ShotRows::slope_scale;
-        const Frame frame = frame_around(normals[k]);
-        float* to = out.data() + k * tilted_channels;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float tilt_u = row.per_ray * (of_slope * u[c] - row.u * value[c]);
-            const float tilt_v = row.per_ray * (of_slope * v[c] - row.v * value[c]);
-            to[c] = row.per_ray * value[c];
-            for (int axis = 0; axis < 3; ++axis)
-                to[3 * static_cast<std::size_t>(axis + 1) + c] =
-                    tilt_u * static_cast<float>(frame.u[axis]) + tilt_v * static_cast<float>(frame.v[axis]);
-        }
+    parallel_blocks(rows.size(), 128, [&](std::size_t begin, std::size_t end) {
+        gather_tilted_rows(*this, sent.data(), begin, end, out.data());
     });
 }
 
@@ -83,8 +62,10 @@ void TransportOperator::coefficients(const std::vector<float>& values, std::size
 
 void TransportOperator::receive(const std::vector<float>& coefs, std::size_t channels, std::vector<float>& out) const {
     out.resize(senders.size() * channels);
-    at_groups.multiply(coefs, channels, [&](std::size_t leaf, const float* sums) {
-        std::copy_n(sums, channels, out.data() + senders.leaves[leaf] * channels);
+    with_fixed(channels, [&](const auto count) {
+        at_groups.multiply(coefs, count, [&](std::size_t leaf, const float* sums) {
+            std::copy_n(sums, std::size_t{count}, out.data() + senders.leaves[leaf] * count);
+        });
     });
 }
 
