@@ -10,7 +10,6 @@ namespace surflux {
 
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
 // The heaviest that a place looks for an anchor among: where it sees none of these, walls are all around.
 constexpr std::size_t most_tries = 8;
 
@@ -96,10 +95,9 @@ void BasisSight::keep_seen(const Vec3& point, const Vec3& normal, std::vector<Ba
 void BasisSight::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                           std::uint32_t surfel, std::vector<BasisWeight>& out) const {
     if (is_cloud_[object]) return basis_.at_level(level, point, normal, object, out);
-    const std::uint32_t nook = surfel == Hit::none || nook_.empty() ? none : nook_[surfel];
-    if (nook != none) {
+    if (const std::uint32_t in = surfel == Hit::none ? no_nook : nook(surfel); in != no_nook) {
         out.clear();
-        if (level == basis_.level_of(nook)) out.push_back({nook, 1.0});
+        if (level == basis_.level_of(in)) out.push_back({in, 1.0});
         return;
     }
     basis_.weights(level, point, normal, object, out);
@@ -170,7 +168,7 @@ std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<Depa
 }
 
 void BasisSight::set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function) {
-    nook_.resize(scene_.surfels.size(), none);
+    nook_.resize(scene_.surfels.size(), no_nook);
     for (const std::uint32_t i : surfels) nook_[i] = function;
 }
 

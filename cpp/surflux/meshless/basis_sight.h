@@ -52,6 +52,9 @@ public:
                                                   const std::vector<double>& spacing, const Progress& progress) const;
     // Makes a function the only one on a nook's surfels.
     void set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function);
+    // That function; no_nook where a surfel is in none as a whole.
+    static constexpr std::uint32_t no_nook = 0xffffffffu;
+    std::uint32_t nook(std::uint32_t surfel) const { return nook_.empty() ? no_nook : nook_[surfel]; }
     // Is an object one of disks alone, which see all functions around?
     bool is_cloud(std::uint32_t object) const { return is_cloud_[object] != 0; }
     // Do the points of two functions of one level see each other?
@@ -71,7 +74,7 @@ private:
     const MultilevelBasis& basis_;
     Sight sight_;
     std::vector<char> is_cloud_;                   // objects of disks alone
-    std::vector<std::uint32_t> nook_;              // function of each surfel; none, or empty
+    std::vector<std::uint32_t> nook_;              // function of each surfel; no_nook, or empty
     std::vector<std::uint32_t> surfel_;            // of functions
     std::vector<Sight::Place> places_;             // of functions
     std::vector<std::unique_ptr<Pairs[]>> pairs_;  // by level

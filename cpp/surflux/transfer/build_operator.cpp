@@ -5,7 +5,6 @@
 
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
-#include "surflux/lights/hemisphere_row.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/placed_basis.h"
 #include "surflux/meshless/receivers.h"
@@ -309,17 +308,17 @@ private:
         return out;
     }
 
-    // Surfels on which rays contradict the basis get rows of their own, those that are alike one together, which is the
-    // finest function there.
+    // Surfels of which the basis knows too little get rows of their own, which are the finest functions there: patches
+    // in nooks, and those on which rays contradict the basis, of which those that are alike have one together.
     void give_rows_to_surfels() {
-        const std::size_t n = scene_.surfels.size();
         OwnRowOptions own{options_.epsilon, check_rays, std::min(options_.rays, 2 * least_rays),
                           static_cast<std::size_t>(most_own * static_cast<double>(order_.size()))};
-        const std::vector<Place> places = places_of(scene_.surfels);
+        out_.level_begin.push_back(out_.level_begin.back());
+        give_rows_to_nooks(own);
         const RowShooter few(points_, tracer_, out_.senders, options_.seed + check_stream);
         const ContradictedSurfels contradicted =
-            find_contradicted(places, out_.areas, few, *test_, out_.at_surfels, test_coefficients(), own,
-                              stage("surfels"), options_.team);
+            find_contradicted(places_of(scene_.surfels), out_.areas, few, *test_, out_.at_surfels, test_coefficients(),
+                              own, stage("surfels"), options_.team);
         const std::size_t room = memory_with({}).room_for(max_memory_, own.rays);
         const bool is_tight = room < own.most;
         own.most = std::min(own.most, room);
@@ -327,41 +326,47 @@ private:
             cluster_alike(scene_, out_.areas, contradicted, *test_, own, stage("surfels"));
         if (is_tight && clusters.size() == room) out_.left_out += contradicted.surfels.size() - clusters.size();
         const std::size_t before = shot_.rows.size();
-        const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream, options_.team);
-        std::vector<Place> middles;
-        for (const Cluster& cluster : clusters) middles.push_back(places[cluster.middle]);
-        shooter.add(middles, std::vector<int>(middles.size(), own.rays), shot_, stage("surfels"));
-        test();
-        std::vector<std::uint32_t> function(n, Receivers::none);
-        for (std::size_t k = 0; k < clusters.size(); ++k) {
-            const auto number = static_cast<std::uint32_t>(out_.receiver_of.size());
-            out_.receiver_of.push_back(static_cast<std::uint32_t>(order_.size()));
-            order_.push_back(static_cast<std::uint32_t>(before + k));
-            out_.parents.end_row();
-            for (const std::uint32_t member : clusters[k].members)
-                if (is_better(before + k, contradicted, member)) function[contradicted.surfels[member]] = number;
-        }
-        out_.level_begin.push_back(static_cast<std::uint32_t>(out_.receiver_of.size()));
-        SparseRows all;
-        for (std::size_t i = 0; i < n; ++i) {
-            if (function[i] != Receivers::none)
-                all.entries.push_back({function[i], 1.0f});
-            else
-                out_.at_surfels.for_row(i,
-                                        [&](std::uint32_t of, float weight) { all.entries.push_back({of, weight}); });
-            all.end_row();
-        }
-        out_.at_surfels = std::move(all);
+        const std::uint32_t first = add_own_rows(clusters, own.rays);
+        std::vector<SparseRows::Entry> functions(scene_.surfels.size(), {Receivers::none, 1.0f});
+        for (std::size_t k = 0; k < clusters.size(); ++k)
+            for (const std::uint32_t member : clusters[k].members) {
+                const std::uint32_t i = contradicted.surfels[member];
+                if (is_better(*test_, received_, before + k, contradicted, member, out_.areas[i]))
+                    functions[i].column = static_cast<std::uint32_t>(first + k);
+            }
+        give_own_functions(functions, out_.at_surfels);
     }
-    // Is a row nearer to what rays say of a surfel than the basis is?
-    bool is_better(std::size_t row, const ContradictedSurfels& contradicted, std::size_t member) const {
-        const std::size_t n = test_->size();
-        std::vector<float> difference(n);
-        for (std::size_t c = 0; c < n; ++c)
-            difference[c] = contradicted.received[member * n + c] - received_.values[row * n + c];
-        const double square = test_->mean_square(difference.data()) -
-                              static_cast<double>(contradicted.variance[member] + received_.variance[row]);
-        return square * out_.areas[contradicted.surfels[member]] < contradicted.error[member];
+    void give_rows_to_nooks(const OwnRowOptions& own) {
+        std::vector<Cluster> nooks = patch_nooks(placed_.sight(), points_, out_.areas, own.most);
+        if (const std::size_t room = memory_with({}).room_for(max_memory_, own.rays); nooks.size() > room) {
+            out_.left_out += nooks.size() - room;
+            nooks.resize(room);
+        }
+        const std::uint32_t first = add_own_rows(nooks, own.rays);
+        std::vector<SparseRows::Entry> functions(scene_.surfels.size(), {Receivers::none, 1.0f});
+        for (std::size_t k = 0; k < nooks.size(); ++k)
+            for (const std::uint32_t i : nooks[k].members) {
+                const double share = placed_.means().outside(i) / placed_.means().outside(nooks[k].middle);
+                functions[i] = {static_cast<std::uint32_t>(first + k), static_cast<float>(share)};
+            }
+        give_own_functions(functions, out_.at_surfels);
+    }
+    // From all over the middle surfels, a function for each cluster; returns the first of these.
+    std::uint32_t add_own_rows(const std::vector<Cluster>& clusters, int rays) {
+        const auto first = static_cast<std::uint32_t>(out_.receiver_of.size());
+        std::vector<Place> places;
+        for (const Cluster& cluster : clusters) {
+            const std::uint32_t i = cluster.middle;
+            places.push_back({scene_.surfels.positions[i], scene_.surfels.normals[i], i, i});
+            out_.receiver_of.push_back(static_cast<std::uint32_t>(order_.size()));
+            order_.push_back(static_cast<std::uint32_t>(shot_.rows.size() + places.size() - 1));
+            out_.parents.end_row();
+        }
+        const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream, options_.team);
+        shooter.add(places, std::vector<int>(places.size(), rays), shot_, stage("surfels"));
+        test();
+        out_.level_begin.back() = static_cast<std::uint32_t>(out_.receiver_of.size());
+        return first;
     }
 
     const CompiledScene& compiled_;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <queue>
 
 #include "surflux/core/bisection.h"
 #include "surflux/core/parallel.h"
+#include "surflux/meshless/receivers.h"
 
 namespace surflux {
 
@@ -177,6 +179,58 @@ std::vector<Cluster> cluster_alike(const Scene& scene, const std::vector<double>
     std::vector<Cluster> out;
     for (const Part& part : clusters.part(options.most, progress)) out.push_back(clusters.cluster(part));
     return out;
+}
+
+bool is_better(const RowTest& test, const RowTest::Received& received, std::size_t row,
+               const ContradictedSurfels& contradicted, std::size_t member, double area) {
+    const std::size_t n = test.size();
+    std::vector<float> difference(n);
+    for (std::size_t c = 0; c < n; ++c)
+        difference[c] = contradicted.received[member * n + c] - received.values[row * n + c];
+    const double square = test.mean_square(difference.data()) -
+                          static_cast<double>(contradicted.variance[member] + received.variance[row]);
+    return square * area < contradicted.error[member];
+}
+
+std::vector<Cluster> patch_nooks(const BasisSight& sight, const SurfelPoints& points, const std::vector<double>& areas,
+                                 std::size_t most) {
+    std::map<std::uint32_t, std::vector<std::uint32_t>> found;  // patches of each function
+    for (std::uint32_t i = 0; i < areas.size(); ++i) {
+        const std::uint32_t function = sight.nook(i);
+        if (function != BasisSight::no_nook && points.is_patch(i) && areas[i] > 0.0) found[function].push_back(i);
+    }
+    const auto wider = [&](std::uint32_t a, std::uint32_t b) {
+        return areas[a] > areas[b] || (areas[a] == areas[b] && a < b);
+    };
+    std::vector<std::uint32_t> others;
+    for (auto& [function, members] : found) {
+        std::iter_swap(members.begin(), std::min_element(members.begin(), members.end(), wider));
+        others.insert(others.end(), members.begin() + 1, members.end());
+    }
+    std::sort(others.begin(), others.end(), wider);
+    if (others.size() > most - std::min(most, found.size())) others.resize(most - std::min(most, found.size()));
+    std::vector<Cluster> out;
+    for (const std::uint32_t i : others) out.push_back({i, {i}});
+    std::sort(others.begin(), others.end());
+    for (auto& [function, members] : found) {
+        const auto has_own = [&](std::uint32_t i) { return std::binary_search(others.begin(), others.end(), i); };
+        members.erase(std::remove_if(members.begin(), members.end(), has_own), members.end());
+        out.push_back({members[0], members});
+    }
+    std::sort(out.begin(), out.end(), [&](const auto& a, const auto& b) { return wider(a.middle, b.middle); });
+    return out;
+}
+
+void give_own_functions(const std::vector<SparseRows::Entry>& own, SparseRows& at_surfels) {
+    SparseRows all;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        if (own[i].column != Receivers::none)
+            all.entries.push_back(own[i]);
+        else
+            at_surfels.for_row(i, [&](std::uint32_t of, float weight) { all.entries.push_back({of, weight}); });
+        all.end_row();
+    }
+    at_surfels = std::move(all);
 }
 
 }  // namespace surflux

@@ -6,6 +6,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/meshless/basis_sight.h"
 #include "surflux/scene/scene.h"
 #include "surflux/transfer/row_shooter.h"
 #include "surflux/transfer/row_test.h"
@@ -57,5 +58,21 @@ struct Cluster {
 std::vector<Cluster> cluster_alike(const Scene& scene, const std::vector<double>& areas,
                                    const ContradictedSurfels& contradicted, const RowTest& test,
                                    const OwnRowOptions& options, const Progress& progress);
+
+// Is a row nearer to what rays say of a surfel, a member among contradicted ones, than the basis is?
+bool is_better(const RowTest& test, const RowTest::Received& received, std::size_t row,
+               const ContradictedSurfels& contradicted, std::size_t member, double area);
+
+// Patches that are in one nook as a whole (BasisSight), of which the basis has the light at one point of one of them,
+// which something may stand on: rays from all over a patch tell what it has on the mean. One cluster for each nook, and
+// beyond these one for each of its patches, the widest of all first, as long as there are no more than `most`.
+// `middle` is the member whose free area is largest; members are indices of surfels. `areas`: of each surfel what is
+// not inside geometry.
+std::vector<Cluster> patch_nooks(const BasisSight& sight, const SurfelPoints& points, const std::vector<double>& areas,
+                                 std::size_t most);
+
+// Makes own functions the only ones on surfels that have one: `own` of each, its column Receivers::none where it has
+// none.
+void give_own_functions(const std::vector<SparseRows::Entry>& own, SparseRows& at_surfels);
 
 }  // namespace surflux

@@ -71,8 +71,9 @@ struct TransportOperator {
     Place place(std::size_t row) const;
 
     // Functions of the basis, coarse levels first: the receiver at the point of each, and its parents, the functions of
-    // coarser levels there, that it is the difference from (L07 eq. 10). Behind them those of surfels that the basis is
-    // off on, a function for each cluster of alike ones: 1 on its surfels, where nothing else is.
+    // coarser levels there, that it is the difference from (L07 eq. 10). Behind them those of patches in nooks and
+    // of surfels that the basis is off on, a function for each cluster: 1 on its surfels (in nooks in proportion to
+    // what is not inside geometry), where nothing else is.
     std::vector<std::uint32_t> receiver_of, level_begin;
     SparseRows parents;
     SparseRows at_groups;   // the mean of each function over each leaf of the senders
@@ -118,9 +119,9 @@ struct TransportOperator {
 
 // Points are placed and rays shot level by level, around where receivers differ by `epsilon` in what lamps at random
 // places in the air bring by way of one reflection (TestLights), or in what they see of the sky (VisibilityTest), or
-// receive of it (SkyTest). Of surfels whose own rays contradict the basis, each cluster of alike ones has a receiver,
-// too. Where max_memory would be exceeded the next level is left out; where the first one exceeds it, that is an
-// ArgumentError.
+// receive of it (SkyTest). Of patches in nooks, and of surfels whose own rays contradict the basis, each cluster has a
+// receiver, too. Where max_memory would be exceeded the next level is left out; where the first one exceeds it, that is
+// an ArgumentError.
 TransportOperator build_operator(const CompiledScene& compiled, const OperatorOptions& options,
                                  const StageProgress& progress, Figures& timings);
 

@@ -113,7 +113,8 @@ def precompute_transfer(
     Rays from the points of a multilevel basis link them to groups of surfels, whatever the light. `relight` of the
     result finds the direct light of the groups, and the operator turns what they reflect of it into indirect light
     everywhere, with one product for each bounce. Points are refined where they differ in what a test tells of them.
-    Surfels whose own rays contradict the basis have rows of their own, those that are alike one together.
+    Surfels whose own rays contradict the basis have rows of their own, those that are alike one together, and so have
+    patches whose middles something covers, as a ball does that stands on a floor.
 
     "local" is direct-to-indirect transfer: `LocalTransfer.relight` takes lamps. Its test are 512 lamps at random places
     in the air; points keep irradiance and its gradient by the normal.
