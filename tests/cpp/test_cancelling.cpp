@@ -12,7 +12,7 @@
 #include "surflux/neighbors/sheet_index.h"
 #include "surflux/scene/surfels.h"
 #include "surflux/solution/interpolation.h"
-#include "surflux/solution/residuals.h"
+#include "surflux/solution/regions.h"
 
 namespace surflux {
 namespace {
@@ -40,6 +40,7 @@ TEST(Cancelling, EveryPassThatBeginsAStageAsksWhetherToGoOn) {
     const std::size_t count = 100000;
     const Surfels s = square(count);
     const std::vector<std::uint32_t> object(count, 0);
+    const std::vector<Rgb> light(count, Rgb{1, 1, 1});
     std::vector<std::uint32_t> all(count);
     std::iota(all.begin(), all.end(), 0u);
     const Pass passes[] = {
@@ -48,7 +49,7 @@ TEST(Cancelling, EveryPassThatBeginsAStageAsksWhetherToGoOn) {
         {"SheetIndex", [&](const Progress& p) { SheetIndex(s.positions, s.normals, s.radii, object, 0.8, p); }},
         {"Interpolation", [&](const Progress& p) { Interpolation(s.positions, s.normals, object, p); }},
         {"select", [&](const Progress& p) { select(s, all, p); }},
-        {"Regions", [&](const Progress& p) { Regions(s, 10, p); }},
+        {"Regions", [&](const Progress& p) { Regions(s, light, 10, p); }},
     };
     for (const Pass& pass : passes) {
         std::size_t asked = 0;

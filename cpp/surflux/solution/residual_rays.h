@@ -5,6 +5,7 @@
 
 #include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/close_lamps.h"
 #include "surflux/lights/light_rays.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
@@ -30,12 +31,13 @@ public:
         double choice_;
     };
 
-    // `irradiance`: H of `surfels`, those of the scene. `points`: of the shapes of places.
-    ResidualRays(const Surfels& surfels, const Tracer& tracer, const LightSampler& lights,
+    // `irradiance`: H of `surfels`, those of the scene. `lamps`: those of `lights`. `points`: of the shapes of places.
+    ResidualRays(const Surfels& surfels, const Tracer& tracer, const LightSampler& lights, const CloseLamps& lamps,
                  const std::vector<Rgb>& irradiance, const Regions& regions, const SurfelPoints& points)
         : surfels_(surfels),
           tracer_(tracer),
           lights_(lights),
+          lamps_(lamps),
           irradiance_(irradiance),
           regions_(regions),
           points_(points) {}
@@ -49,20 +51,32 @@ private:
     struct Gain {
         Rgb irradiance;
         bool is_of_lamp, is_of_surfel;
-        bool is_first;  // of the first bounce, from the place itself
+        bool is_first;                   // of the first bounce, from the place itself
+        std::uint32_t lamp = Hit::none;  // where it is known which, and `irradiance` is its kernel
     };
-    void aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first);
+    // Of one lamp: sums of the kernels of samples that are lit, and of all, and of what they are expected to be.
+    struct LampSums {
+        double lit = 0.0, all = 0.0, expected = 0.0;
+        int samples = 0;
+    };
+    // Which sources a place has by aim(): where a lamp is close, those that are no lamps.
+    enum class Sources { all, no_lamps };
+    void aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first,
+             Sources sources = Sources::all);
+    void aim_at_lamps(const Receiver& receiver, const std::vector<LampSamples>& samples, const double* u, int round);
     bool is_near(const Hit& hit) const;
     void send(const Hit& hit, const Rgb& throughput, Gathered& sum) const;
 
     const Surfels& surfels_;
     const Tracer& tracer_;
     const LightSampler& lights_;
+    const CloseLamps& lamps_;
     const std::vector<Rgb>& irradiance_;
     const Regions& regions_;
     const SurfelPoints& points_;
     LightRays light_;
     std::vector<Gain> gain_;
+    std::vector<LampSums> of_lamps_;
     std::vector<Ray> ahead_;
     std::vector<Rgb> ahead_throughput_;
     std::vector<Hit> hits_;

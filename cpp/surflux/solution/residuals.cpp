@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "surflux/core/morton.h"
 #include "surflux/solution/gmres.h"
 
 namespace surflux {
@@ -15,14 +14,6 @@ namespace {
 constexpr double coarse_tolerance = 1e-9;
 constexpr int most_applications = 1000;
 constexpr int scaling_rounds = 100;
-
-// Which way a normal points mostly: one of the six axes.
-int main_direction(const Vec3& n) {
-    const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
-    if (x >= y && x >= z) return n.x > 0.0 ? 0 : 1;
-    if (y >= z) return n.y > 0.0 ? 2 : 3;
-    return n.z > 0.0 ? 4 : 5;
-}
 
 // Weighted sums of two quantities over places, and of their squares and products.
 struct Moments {
@@ -45,7 +36,7 @@ class CoarseSystem {
 public:
     CoarseSystem(const std::vector<Residual>& residuals, const Regions& regions, double rays, const Rgb& balance)
         : residuals_(residuals), regions_(regions.count), rays_(rays), share_(regions.share), slope_(regions_) {
-        exchange(regions.reflectance);
+        exchange(regions);
         std::vector<Moments> both(regions_);
         for (const std::size_t half : {0, 1}) {
             of_[half].resize(regions_);
@@ -110,12 +101,12 @@ public:
         return free > 0.0 ? variance + (single / free) * squares : variance;
     }
 
-    // What errors of all regions bring to the place of a residual.
-    Rgb brought(const std::vector<Rgb>& errors, const Residual& r) const {
+    // What errors of all regions bring to the place of a residual, by the rays of one half: they have the variance of
+    // those of the residual.
+    Rgb brought(const std::vector<Rgb>& errors, const Residual& r, std::size_t half) const {
         Rgb sum;
-        for (const Gathered* half : r.halves)
-            for (std::size_t g = 0; g < regions_; ++g) sum += half->from[g] * errors[g];
-        return sum / (2.0 * rays_);
+        for (std::size_t g = 0; g < regions_; ++g) sum += r.halves[half]->from[g] * errors[g];
+        return sum / rays_;
     }
 
 private:
@@ -129,13 +120,22 @@ private:
     }
 
     // F, of symmetric exchanges scaled as by Sinkhorn and Knopp (1967), with losses as one more column.
-    void exchange(const std::vector<Rgb>& reflectance) {
+    void exchange(const Regions& regions) {
         std::vector<double> count(regions_), lost(regions_), seen(regions_ * regions_), both(regions_ * regions_);
+        // Of light, per unit of the mean error: what leaves a region, of that what is lost, and by region where it
+        // ends.
+        std::vector<Rgb> left(regions_), left_lost(regions_), carried(regions_ * regions_);
         for (const Residual& r : residuals_) {
+            const Rgb light = r.weight * r.reflectance * regions.shape(r.region, r.irradiance);
             count[r.region] += r.weight * 2.0 * rays_;
+            left[r.region] += (2.0 * rays_) * light;
             for (const Gathered* half : r.halves) {
                 lost[r.region] += r.weight * half->lost;
-                for (std::size_t g = 0; g < regions_; ++g) seen[r.region * regions_ + g] += r.weight * half->met[g];
+                left_lost[r.region] += half->lost * light;
+                for (std::size_t g = 0; g < regions_; ++g) {
+                    seen[r.region * regions_ + g] += r.weight * half->met[g];
+                    carried[r.region * regions_ + g] += half->met[g] * light;
+                }
             }
         }
         for (std::size_t k = 0; k < regions_; ++k) {
@@ -157,11 +157,21 @@ private:
                 if (row[k] > 0.0 && count[k] > 0.0) scale[k] = std::sqrt(scale[k] * share_[k] / row[k]);
         }
         from_.resize(regions_ * regions_);
-        for (std::size_t k = 0; k < regions_; ++k)
-            for (std::size_t g = 0; g < regions_; ++g)
-                if (share_[k] > 0.0)
-                    from_[k * regions_ + g] =
-                        (scale[k] * scale[g] * both[k * regions_ + g] / share_[k]) * reflectance[g];
+        for (std::size_t g = 0; g < regions_; ++g) {
+            Rgb sum;
+            for (std::size_t k = 0; k < regions_; ++k) {
+                const double exchanged = scale[k] * scale[g] * both[k * regions_ + g], met = seen[g * regions_ + k];
+                from_[k * regions_ + g] =
+                    exchanged * (met > 0.0 ? carried[g * regions_ + k] / met : regions.reflectance[g]);
+                sum += from_[k * regions_ + g];
+            }
+            for (int c = 0; c < 3; ++c) {
+                const double rest = left[g][c] > 0.0 ? share_[g] * (1.0 - left_lost[g][c] / left[g][c]) : 0.0;
+                const double all = sum[c] > 0.0 && rest > 0.0 ? rest / sum[c] * regions.reflectance[g][c] : 1.0;
+                for (std::size_t k = 0; k < regions_; ++k)
+                    from_[k * regions_ + g][c] *= share_[k] > 0.0 ? all / share_[k] : 0.0;
+            }
+        }
     }
 
     // Of regions without a place in this half nothing is known: the control variate is theirs as of all others.
@@ -257,38 +267,10 @@ void Gathered::unpack(Unpacking& bytes) {
     bytes.take(&of_surfels, 1), bytes.take(&of_all, 1);
 }
 
-Regions::Regions(const Surfels& surfels, std::size_t wanted, const Progress& progress) : of(surfels.size()) {
-    std::vector<std::uint32_t> along_curve[6];
-    std::size_t done = 0;
-    for (const std::uint32_t i : morton_order(surfels.positions, progress)) {
-        along_curve[main_direction(surfels.normals[i])].push_back(i);
-        report_some(progress, ++done, surfels.size(), 1 << 20);
-    }
-    double total = 0.0, area = 0.0;
-    for (const double a : surfels.areas) total += a;
-    for (const std::vector<std::uint32_t>& order : along_curve)
-        for (const std::uint32_t i : order) {
-            report_some(progress, --done, surfels.size(), 1 << 20);
-            if (i == order.front() || area * static_cast<double>(wanted) >= total) ++count, area = 0.0;
-            area += surfels.areas[i];
-            of[i] = static_cast<std::uint32_t>(count - 1);
-        }
-    share.resize(count), reflectance.resize(count);
-    for (std::size_t i = 0; i < of.size(); ++i) {
-        report_some(progress, i, of.size(), 1 << 20);
-        share[of[i]] += surfels.areas[i];
-        reflectance[of[i]] += surfels.areas[i] * surfels.reflectance[i];
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-        if (share[k] > 0.0) reflectance[k] *= 1.0 / share[k];
-        share[k] /= total;
-    }
-}
-
 Rgb Gathered::Lamps::sum() const {
-    Rgb out;
+    Rgb out = by_themselves;
     for (int c = 0; c < 3; ++c)
-        if (all[c] > 0.0) out[c] = lit[c] / all[c] * unoccluded[c];
+        if (all[c] > 0.0) out[c] += lit[c] / all[c] * unoccluded[c];
     return out;
 }
 
@@ -306,7 +288,7 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& 
     double off = 0.0, all = 0.0, spread = 0.0, count = 0.0;
     std::vector<LocalError> local(regions.count);
     for (const Residual& r : residuals) {
-        const Rgb brought[2] = {system.brought(errors[0], r), system.brought(errors[1], r)};
+        const Rgb brought[2] = {system.brought(errors[0], r, 0), system.brought(errors[1], r, 1)};
         const Rgb e[2] = {system.residual(r, 0) + brought[0], system.residual(r, 1) + brought[1]};
         const double product = dot(e[0], e[1]);
         off += r.weight * product;
@@ -314,7 +296,7 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& 
         count += r.weight;
         const double squared = dot(r.irradiance + e[0], r.irradiance + e[1]);
         all += r.weight * squared;
-        local[r.region].add(product, squared, r.weight);
+        local[regions.whole[r.region]].add(product, squared, r.weight);
     }
     if (!(all > 0.0)) {
         // Nothing arrives and no ray finds that anything should: 0 of 0, which is no precision to boast of.

@@ -4,25 +4,17 @@
 #include <vector>
 
 #include "surflux/core/packing.h"
-#include "surflux/scene/surfels.h"
+#include "surflux/solution/regions.h"
 
 namespace surflux {
 
-// The coarse grid of error_from(): regions of the surface, of about equal area, alike in position and normal.
-struct Regions {
-    Regions(const Surfels& surfels, std::size_t wanted, const Progress& progress = {});
-    std::vector<std::uint32_t> of;  // each surfel's
-    std::vector<double> share;      // of all area
-    std::vector<Rgb> reflectance;   // mean, by area
-    std::size_t count = 0;
-};
-
 // What one half of a place's rays gathers (ResidualRays): the irradiance, and its row of the coarse operator: by
-// region, what reaches the place per unit of irradiance there.
+// region, what reaches the place per unit of mean error there.
 struct Gathered {
-    // Of lamps, as sums: what samples bring that are lit, and all of them, for which there is a closed form.
+    // Of lamps, as sums: what samples bring that are lit, and all of them, for which there is a closed form; and what
+    // is known of each lamp by itself, where one is close (CloseLamps).
     struct Lamps {
-        Rgb lit, all, unoccluded;
+        Rgb lit, all, unoccluded, by_themselves;
         // Ratio estimator (Cochran 1977, 6.2): only places where a lamp is partly blocked have variance.
         Rgb sum() const;
     };
@@ -46,6 +38,7 @@ struct Residual {
     Rgb irradiance, direct, radiosity;
     std::uint32_t region;
     const Gathered* halves[2];
+    Rgb reflectance;
     double weight = 1.0;  // what it stands for beside those drawn by area: 1 in the mean
 };
 
@@ -58,14 +51,16 @@ struct ErrorEstimate {
     double local_floor = 0.0;  // the same 90th percentile of what rays can tell at all
 };
 
-// The error e of H at surfels solves e = r + T e, with r the residual D + T H - H and T one bounce. Of T e only the
-// mean over each region is resolved: a coarse system, solved for each half of the rays, brings all bounces (defect
-// correction on a coarse grid; Brandt 1977). The estimate is sqrt(sum e'.e'' / sum (H + e').(H + e'')) of the two
-// halves: they are independent, so that the variance of their rays does not bias it.
+// The error e of H at surfels solves e = r + T e, with r the residual D + T H - H and T one bounce. Of the e that T is
+// applied to only the mean over each region is resolved, and within it e goes by H (Regions::shape()): a coarse system,
+// solved for each half of the rays, brings all bounces (defect correction on a coarse grid; Brandt 1977). An e that is
+// a share of H it has without an error of its own, whatever of a region is hidden. The estimate is sqrt(sum e'.e'' /
+// sum (H + e').(H + e'')) of the two halves: they are independent, so that the variance of their rays does not bias it.
 //
 // Bounces amplify the mean residual, by 1 / (1 - rho) in a closed room, and with it the chance of which surfels were
 // drawn and of what their rays met. Reciprocity takes out both. The coarse exchange, A_k F_kg by area, is scaled to be
-// symmetric, with rows that make A_k together with what they lose. And what is sent arrives or is lost, sum A T B = sum
+// symmetric, with rows that make A_k together with what they lose. What of a region's light it carries is told by the
+// rays of its places, and scaled to be all that is not lost. And what is sent arrives or is lost, sum A T B = sum
 // A B (1 - l) with l the share lost of what a surfel sends: the mean of c = D + T B + l B - H over all surfels is that
 // of D + B - H, `balance`, which no rays are needed for, so that c is a control variate of r. With m_k the mean of r,
 // of one bounce, over the places drawn in region k, and c' of c over all by regions' areas, m_k gains (balance - c')

@@ -84,11 +84,13 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     const Drawn checked(solution, options);
     const std::vector<std::uint32_t>& drawn = checked.surfels;
     if (drawn.empty()) return {};
-    const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region), starting);
     const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution, starting);
+    const Regions regions(scene.surfels, of_scene, std::max<std::size_t>(1, drawn.size() / checks_per_region),
+                          starting);
     const SurfelPoints points(leaves);
     report(starting, 0, 1);
     const LightSampler lights(scene);
+    const CloseLamps lamps(scene.lights);
     report(starting, 0, 1);
     // Of both halves: of each surfel first one, then the other.
     std::vector<ResidualRays::Sequences> sequences;
@@ -105,6 +107,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
                              radiosity(i),
                              regions.of[solution.parents[i]],
                              {&sums[2 * k], &sums[2 * k + 1]},
+                             leaves.reflectance[i],
                              checked.weights[k]});
     }
     Rgb balance;
@@ -133,7 +136,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
         shared_blocks(
             team, "self-check", digest, drawn.size(), grain,
             [&](std::size_t begin, std::size_t end) {
-                ResidualRays rays(scene.surfels, tracer, lights, of_scene, regions, points);
+                ResidualRays rays(scene.surfels, tracer, lights, lamps, of_scene, regions, points);
                 for (std::size_t k = 2 * begin; k < 2 * end; ++k) {
                     const std::uint32_t i = drawn[k / 2];
                     const Place place{leaves.positions[i], leaves.normals[i], solution.parents[i], i, true};
