@@ -348,7 +348,9 @@ def test_what_is_up_of_a_mesh_is_what_solve_takes(doctor, run):
             lines += ["f " + " ".join(str(int(c) + 8 * k) for c in face.split()) for face in faces]
         Path(name).write_text("\n".join(lines))
         up = [0.0, 1.0, 0.0] if name == "y.obj" else [0.0, 0.0, 1.0]
-        assert doctor(name)[0]["up"] == up
+        found = doctor(name)[0]
+        assert found["up"] == up
+        assert found["next"].endswith("view y.obj --up 0,1,0" if name == "y.obj" else "view z.obj")
         _, out, _ = run("doctor", name)
         assert f"up: {name[0]}, as `surflux solve` takes it (--up)" in out
         assert ("  up = [0, 1, 0]" in out) == (name == "y.obj")
