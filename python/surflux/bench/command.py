@@ -160,7 +160,7 @@ def _check_plot(path):
     try:
         from matplotlib.backend_bases import FigureCanvasBase
     except ImportError as error:
-        raise ImportError(f"--plot: needs `pip install surflux[bench]` ({error})") from error
+        raise ImportError(f"--plot: needs `pip install 'surflux[bench]'` ({error})") from error
     suffix = Path(path).suffix.lower().lstrip(".")
     if suffix not in FigureCanvasBase.get_supported_filetypes():
         raise ValueError(f"--plot: wanted a name ending in .png, got {path!r}")

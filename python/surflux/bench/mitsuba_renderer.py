@@ -22,7 +22,7 @@ def load(threads=None):
         import drjit
         import mitsuba
     except ModuleNotFoundError:
-        print("bench: Mitsuba left out: it is not installed (pip install surflux[bench])", file=sys.stderr)
+        print("bench: Mitsuba left out: it is not installed (pip install 'surflux[bench]')", file=sys.stderr)
         return None
     try:
         mitsuba.set_variant("llvm_ad_rgb")

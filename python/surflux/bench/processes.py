@@ -56,7 +56,7 @@ def why_not():
     try:
         import distributed  # noqa: F401
     except ImportError as fault:
-        return f"needs `pip install surflux[dask]` ({fault})"
+        return f"needs `pip install 'surflux[dask]'` ({fault})"
     return None
 
 

@@ -21,7 +21,7 @@ from surflux.points.layers import is_terrain_of, layer_of, up_of_frame
 from surflux.points.properties import has_linear
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
-from surflux.points.standing import stands_along_y
+from surflux.points.standing import furniture_stands_along_y, stands_along_y
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
@@ -174,6 +174,9 @@ def camera_of_cloud(options, surfels, scanner=None):
         elif kind is None and stands_along_y(surfels):
             options.up = (0.0, 1.0, 0.0)
             LOG.info("y is taken for up: there, and on no side else, the body has a base (--up 0,0,1 for z)")
+        elif kind is None and len(surfels.triangles) and furniture_stands_along_y(surfels):
+            options.up = (0.0, 1.0, 0.0)
+            LOG.info("y is taken for up: there, and on no side else, things stand on a floor (--up 0,0,1 for z)")
         else:
             LOG.info("z is taken for up (--up 0,1,0 for y)")
         if kind == "terrain":

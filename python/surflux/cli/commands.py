@@ -31,7 +31,7 @@ from surflux.cli.pictures import (
 )
 from surflux.cli.points import Points
 from surflux.cli.processes import in_all_processes, joined
-from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
+from surflux.cli.saying import fail, how_much, lines_of_files, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
 from surflux.cli.streams import usable_streams
 from surflux.meshes.reading import read_mesh
@@ -229,18 +229,20 @@ def _render(options):
     background = background_of(options)
     if options.gaussians:
         write_gaussians(solution, options)
+    drawn = [[image] for image in images]
     if options.turntable is None:
         if images:
             write_images(solution, camera, options, images, background=background, **settings)
     else:
-        images = animations(solution, camera, options, images, background, settings)
+        drawn = animations(solution, camera, options, images, background, settings)
     if options.json:
         files = {"gaussians": options.gaussians} if options.gaussians else {}
-        return print_json({"input": options.input, "images": [str(image) for image in images], **files})
+        paths = [str(image) for series in drawn for image in series]
+        return print_json({"input": options.input, "images": paths, **files})
     if options.gaussians:
         print(f"Gaussians: {options.gaussians}")
-    for image in images:
-        print(f"picture: {image}")
+    for series in drawn:
+        print("\n".join(lines_of_files("picture", series)))
     return 0
 
 

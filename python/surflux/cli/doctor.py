@@ -12,8 +12,9 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.summary import box_text
-from surflux.cli.doctor_points import facts_of_points, lines_of_points
-from surflux.cli.mesh import PATCHES
+from surflux.cli.cloud import camera_of_cloud
+from surflux.cli.doctor_points import facts_of_points, lines_of_points, up_text
+from surflux.cli.mesh import PATCHES, patches_of_mesh, take_up
 from surflux.cli.saying import error_lines
 from surflux.meshes.reading import GLTF, MESHES_ALONE, read_mesh
 from surflux.scans.formats import format_of
@@ -42,12 +43,12 @@ def examined(options, limit, solve_options):
         elif suffix in _PICTURES and path.is_file():
             result, lines = _picture(options)
         elif suffix in MESHES_ALONE or (suffix == ".obj" and _has_faces(path)):
-            result, lines = _mesh(options)
+            result, lines = _mesh(options, solve_options)
         elif format_of(path) == "ply" and holds_solution(path):
             result, lines = _solution(options)
         else:
             result = {"kind": "points"} | facts_of_points(options, limit, solve_options)
-            result["solve"] |= _expense(result["solve"]["surfels"])
+            result["solve"] |= _expense(options, result["solve"]["surfels"])
             lines = [*lines_of_points(result), *_expense_lines(result["solve"])]
     notes = [note for note in dict.fromkeys(said) if not any(note in line for line in lines)]
     notes = [note for note in notes if "has no light: it gets" not in note]  # a line of its own
@@ -98,9 +99,10 @@ def _quoted(options):
     return shlex.quote(options.input)
 
 
-def _expense(surfels):
+def _expense(options, surfels):
     """What `surflux solve` is likely to take for so many surfels."""
     cores = sf.info()["threads"]
+    cores = min(cores, options.threads or cores)
     seconds = [per * surfels / 1e5 / cores for per in _CORE_SECONDS] if surfels > _FEW else [0.0, 3.0]
     return {"seconds": seconds, "bytes": _BYTES + _BYTES_EACH * surfels, "threads": cores}
 
@@ -133,7 +135,7 @@ def _scene(options):
         "lights": kinds,
         "camera": None if scene.camera is None else scene.camera.to_dict(),
         "solve_options": scene.solve_options,
-        "solve": _expense(len(surfels)),
+        "solve": _expense(options, len(surfels)),
         "next": f"surflux solve {_quoted(options)}",
     }
     lamps = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "none"
@@ -211,8 +213,12 @@ def _picture(options):
     return result, lines
 
 
-def _mesh(options):
+def _mesh(options, solve_options):
     mesh = read_mesh(options.input)
+    given = solve_options(["--", options.input])
+    take_up(given)
+    camera_of_cloud(given, patches_of_mesh(given, mesh=mesh))
+    up = given.up or (0.0, 0.0, 1.0)
     faces, file = len(mesh.offsets) - 1, _quoted(options)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     colors = "given" if mesh.reflectance is not None or mesh.of_faces is not None else "none: solve takes grey, .5"
@@ -225,26 +231,34 @@ def _mesh(options):
         "faces": faces,
         "bounds": np.array([low, high]),
         "colors": mesh.reflectance is not None or mesh.of_faces is not None,
-        "solve": _expense(max(faces, PATCHES)),
-        "next": f"surflux solve {file}, or surflux view {file}",
+        "up": up,
+        "solve": _expense(options, max(faces, PATCHES)),
+        "next": f"surflux solve {file}, or surflux view {file}{_up_of_view(options, up)}",
     }
     return result, [
         f"{options.input}: a mesh of {check.counted(len(mesh.vertices), 'vertex', 'vertices')}"
         f" and {check.counted(faces, 'face')}",
         f"bounds: {box_text(result['bounds'])}, in the unit of the file",
         f"colours: {colors}",
+        f"up: {up_text(up)}, as `surflux solve` takes it (--up)",
         f"`surflux solve` {lit}; large faces are cut until there are about {PATCHES} patches",
-        *lines_of_mesh_scene(options.input, float(np.max(high - low))),
+        *lines_of_mesh_scene(options.input, float(np.max(high - low)), up, shines),
         *_expense_lines(result["solve"]),
     ]
 
 
-def lines_of_mesh_scene(path, extent):
-    """How to give a mesh lights of its own: the scene file that names it."""
+def _up_of_view(options, up):
+    """The option for what is up, where `view` does not take it by itself."""
+    is_told = up[2] > 0.0 or Path(options.input).suffix.lower() in GLTF
+    return "" if is_told else f" --up {','.join(f'{v:g}' for v in up)}"
+
+
+def lines_of_mesh_scene(path, extent, up, shines):
+    """How to give a mesh lights of its own: the scene file that names it. up: (3,). shines: needs no other light."""
     cell = (extent / 50.0) ** 2
-    up = "\n  up = [0, 1, 0]" if Path(path).suffix.lower() in GLTF else ""
-    return [
+    keys = "" if up[2] > 0 else f"\n  up = [{', '.join(f'{v:g}' for v in up)}]"
+    lines = [
         "lights and patches of your own go into a scene file, such as scene.toml with these lines:",
-        f'  [[object]]\n  file = "{path}"\n  kind = "mesh"{up}\n  patch_area = {cell:.3g}',
-        '  [[light]]\n  type = "environment"\n  radiance = 1.0',
+        f'  [[object]]\n  file = "{path}"\n  kind = "mesh"{keys}\n  patch_area = {cell:.3g}',
     ]
+    return lines if shines else [*lines, '  [[light]]\n  type = "environment"\n  radiance = 1.0']

@@ -292,19 +292,23 @@ def _colors_text(colors):
     return f"{kind}, up to {colors['largest']:g}; white is {colors['white']:g}"
 
 
+def up_text(up):
+    """The axis nearest to what is up: "z", "-y"."""
+    axis = int(np.argmax(np.abs(up)))
+    return ("-" if up[axis] < 0 else "") + "xyz"[axis]
+
+
 def _solve_lines(f, solve):
     if solve["refused"] is not None:
         return [f"`surflux solve` refuses it: {solve['refused']}"]
     eye, target = np.array(solve["camera"]["eye"]), np.array(solve["camera"]["target"])
     back = (eye - target) / np.linalg.norm(eye - target)
     up = np.degrees(np.arcsin(np.clip(back @ solve["up"], -1.0, 1.0)))
-    axis = int(np.argmax(np.abs(solve["up"])))
-    up_axis = ("-" if solve["up"][axis] < 0 else "") + "xyz"[axis]
     place = ", ".join(f"{v:.9g}" for v in np.round(eye, 4 - int(np.floor(np.log10(f["extent"] or 1.0)))))
     grey = ", ".join(f"{v:.2f}" for v in solve["reflectance"])
     thinned = f" (thinned from {f['points']})" if f["sampled"] is not None else ""
     patches = f", {solve['patches']} of them patches" if solve["patches"] else ""
-    above = f"{abs(up):.0f} degrees {'above' if up >= 0 else 'below'}, {up_axis} up"
+    above = f"{abs(up):.0f} degrees {'above' if up >= 0 else 'below'}, {up_text(solve['up'])} up"
     lines = [
         f"`surflux solve` takes {check.counted(solve['surfels'], 'surfel')}{thinned}{patches}, "
         f"median radius {solve['radius']:.4g}",

@@ -73,13 +73,15 @@ def write_layers(drawn, camera, samples, options, images, background, environmen
 
 
 def animations(solution, camera, options, images, background, settings):
-    """Paths of films and numbered pictures from around what a camera looks at; settings: of Solution.render."""
+    """Paths of films and numbered pictures from around what a camera looks at, a list for each; settings: of
+    Solution.render.
+    """
     tone, behind = exposed(lambda: solution.render(camera, options.size, **settings), options, background)
     cameras, paths = sf.turntable(camera, options.turntable), []
     for image in images:
         given = {"fps": options.fps, "background": behind, "progress": True, **settings}
         given |= tone_of_series(image, tone, options)
-        paths += solution.animate(cameras, image, options.size, **given)
+        paths.append(solution.animate(cameras, image, options.size, **given))
     return paths
 
 

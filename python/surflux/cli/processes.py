@@ -19,7 +19,7 @@ def in_all_processes(options, run):
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as fault:  # RuntimeError: there is no library of MPI
-        return fail(f"--mpi: needs mpi4py, pip install surflux[mpi], and a library of MPI ({fault})", 2)
+        return fail(f"--mpi: needs mpi4py, pip install 'surflux[mpi]', and a library of MPI ({fault})", 2)
     options.comm = comm = MPI.COMM_WORLD
     try:
         if comm.Get_rank() == 0:
@@ -62,7 +62,7 @@ def _client(address):
     try:
         from distributed import Client
     except ImportError as fault:
-        raise ImportError(f"--cluster: needs dask.distributed, pip install surflux[dask] ({fault})") from fault
+        raise ImportError(f"--cluster: needs dask.distributed, pip install 'surflux[dask]' ({fault})") from fault
     try:
         return Client(address, timeout=_CONNECT)
     except (OSError, ValueError) as fault:

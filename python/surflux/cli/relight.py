@@ -17,7 +17,7 @@ from surflux.cli.pictures import (
     write_gaussians,
 )
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
-from surflux.cli.saying import error_lines
+from surflux.cli.saying import error_lines, lines_of_files
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER
 from surflux.viewing.page import page_path
@@ -63,11 +63,12 @@ def run(options):
     first = lights.checked(transfer) if relights else None
     outputs = _saved(transfer, lights, options)
     images = _drawn(transfer, lights, camera, options)
-    result |= {"outputs": outputs, "images": images}
+    result |= {"outputs": outputs, "images": [path for series in images for path in series]}
     if first is not None:  # it stands for all frames
         result["error"], result["history"] = first.error, first.history
         lines += error_lines(first, lights.what(transfer))
-    lines += [f"relit surfels: {path}" for path in outputs] + [f"picture: {path}" for path in images]
+    lines += lines_of_files("relit surfels", outputs)
+    lines += [line for series in images for line in lines_of_files("picture", series)]
     if options.gaussians is not None:
         write_gaussians(lights.relit(transfer, 0), options)
         result["gaussians"] = options.gaussians
@@ -169,7 +170,7 @@ def _saved(transfer, lights, options):
 
 
 def _drawn(transfer, lights, camera, options):
-    """Paths of the films and pictures written."""
+    """Paths of the pictures and films written: a list for each name that was asked for."""
     settings = {"samples": options.samples, "culling": not options.both_sides}
     background = background_of(options)
     paths = []
@@ -177,7 +178,7 @@ def _drawn(transfer, lights, camera, options):
     series = [image for image in options.image or [] if _is_series(image)]
     if single:
         lights.write_images(transfer, camera, options, single, background=background, **settings)
-        paths += single
+        paths += [[image] for image in single]
     if series:
 
         def first():
@@ -187,5 +188,5 @@ def _drawn(transfer, lights, camera, options):
         for image in series:
             film = {"camera": camera, "fps": options.fps, "background": behind, "progress": True, **settings}
             film |= tone_of_series(image, tone, options)
-            paths += lights.film(transfer, image, options.size, **film)
-    return [str(path) for path in paths]
+            paths.append(lights.film(transfer, image, options.size, **film))
+    return [[str(path) for path in series] for series in paths]

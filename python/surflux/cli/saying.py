@@ -10,6 +10,7 @@ import numpy as np
 
 from surflux._base.passes import LOG, without_progress
 
+_LISTED = 4  # files: more have one line together
 LEVELS = {"quiet": logging.WARNING, "usual": logging.INFO, "verbose": logging.DEBUG}
 
 
@@ -113,3 +114,11 @@ def error_lines(solution, of="the irradiance"):
         median, p90 = (f"{100 * value:.2g} %" for value in local)
         lines.append(f"  relative to the light of the place itself: {median} (median), {p90} (90th percentile)")
     return lines
+
+
+def lines_of_files(what, paths):
+    """A line of text for each file, but one for many: of numbered pictures, frame by frame."""
+    paths = list(paths)
+    if len(paths) <= _LISTED:
+        return [f"{what}: {path}" for path in paths]
+    return [f"{what}: {paths[0]} to {paths[-1]}, {len(paths)} of them"]

@@ -33,7 +33,8 @@ class Facing:
         open: (n,) booleans: in a sheet that both sides of are seen, as of a scan from one side, or in none; what most
             of the sheet face counts as right.
         margin: (n,) of the light from all around, how much more comes to the side that most of its sheet faces: 1 for
-            all of it, -1 for the other side.
+            all of it, -1 for the other side. 0 where normals say otherwise than the sheet that goes through them, as
+            at seams of walls and ground that are coarsely sampled: sides of that are not known.
         bodies: (n,) the same of rays that meet bodies from outside: what faces those is in the air, as they are.
     """
 
@@ -117,8 +118,11 @@ def facing_of(points, normals, places=None, seed=0, estimated=False):
     kind, tangled = found["kind"], found["tangled"] > _TANGLED
     # The last entry is of points that are in no sheet.
     is_room = np.append(kind == _ROOM, False)[sheet]
-    is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | (tangled & (found["against"] > _FEW)), True)[sheet]
+    unknown = tangled & (found["against"] > _FEW)
+    is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | unknown, True)[sheet]
     inside_out = turned & np.append(found["backwards"].astype(bool), False)[sheet]
+    if not estimated:
+        found["margin"] = np.where(unknown, 0.0, found["margin"])
     margin, bodies = (np.append(found[of], 0.0)[sheet] for of in ("margin", "bodies"))
     return Facing(turned, is_room & ~is_open, inside_out, is_open, margin, bodies)
 

@@ -242,7 +242,7 @@ def _imageio(suffix):
             import imageio_ffmpeg  # noqa: F401
     except ImportError as error:
         raise ImportError(
-            f"{suffix} files need `pip install surflux[video]` ({error}); numbered pictures do not"
+            f"{suffix} files need `pip install 'surflux[video]'` ({error}); numbered pictures do not"
         ) from error
     return imageio
 

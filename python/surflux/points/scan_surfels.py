@@ -11,6 +11,7 @@ from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals, percent
 from surflux.geometry.facing import checked_places, facing_of
 from surflux.points.intensity import scale_of_intensity
+from surflux.points.layers import is_terrain
 from surflux.points.properties import (
     LINEAR,
     check_rows,
@@ -183,7 +184,7 @@ def _turned_over(path, points, normals, places):
             name,
             percent(by_most),
         )
-    if against > _MOST:
+    if against > _MOST and not _is_ground(points, normals):  # a valley is seen less from above
         LOG.info(
             "%s: the open surfaces of %s of the points face the side that is seen less, which is right in a room, and "
             "wrong around a body: `--normals flip`, or Surfels.flipped, turns all points over",
@@ -191,6 +192,11 @@ def _turned_over(path, points, normals, places):
             percent(against),
         )
     return np.where(found.turned[:, None], -normals, normals)
+
+
+def _is_ground(points, normals):
+    """Whether points are a terrain that faces up."""
+    return np.mean(normals[:, 2] > 0.0) > _MOST and is_terrain(points)
 
 
 def with_estimated(points, normals, bad, viewpoint, fitted=None):

@@ -76,6 +76,11 @@ def _head(path):
         raise file_error(path, f"cannot be read: {fault.strerror or fault}") from fault
 
 
+# Texts, pages, programs and pictures that lie beside scans.
+_NO_POINTS = {"bmp", "doc", "docx", "gif", "htm", "html", "ies", "ipynb", "jpeg", "jpg", "log", "md", "mp4", "odt"}
+_NO_POINTS |= {"pdf", "py", "rst", "sh", "tif", "tiff", "webp", "xls", "xlsx", "xml", "yaml", "yml"}
+
+
 def _refusal(path, what, name):
     shown = os.fsdecode(path)
     if name in MESHES:
@@ -89,6 +94,10 @@ def _refusal(path, what, name):
         hint = "It is the materials of an OBJ file, which is read with them"
     elif name == "toml":
         hint = "surflux.load_scene reads it as a scene"
+    elif name == "epw":
+        hint = "It is the weather of a place, which `surflux solar --epw` and surflux.read_weather read"
+    elif name in _NO_POINTS:
+        hint = "It is no scan"
     else:
         hint = f"PDAL (pdal translate {shown} {Path(shown).stem}.laz) and CloudCompare turn most others into these"
     return f"{what} cannot be read as points; supported now: {', '.join(FORMATS)}. {hint}"

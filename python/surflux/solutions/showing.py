@@ -36,7 +36,7 @@ def animate(
 
     Args:
         cameras: list of Camera, one for each frame; see turntable and camera_path.
-        path: a name that ends in .mp4 or .gif, for a film (`pip install surflux[video]`), or a pattern for
+        path: a name that ends in .mp4 or .gif, for a film (`pip install 'surflux[video]'`), or a pattern for
             numbered pictures, such as "frames/%04d.png" (.png, .exr or .hdr): 0001 is the first.
         size: (width, height) in pixels; .mp4 takes even numbers alone.
         fps: frames of a film in a second.

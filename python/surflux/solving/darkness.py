@@ -133,9 +133,9 @@ def warn_of_noise(core):
     share = weights[stopped].sum() / weights.sum()
     if share > MUCH_ONTO_BACKS:
         warn(
-            f"{share:.0%} of what disks see are backs of others close by: points are so noisy, or scans of one surface "
-            "so far apart, that disks stand out of the surface and shade it, which fewer points help against "
-            "(--points, thinned)"
+            f"{share:.0%} of what disks see are backs of others close by, which shade them: points are so few that "
+            "disks reach past edges, which more points help against, or so noisy, or scans of one surface so far "
+            "apart, that disks stand out of it, which fewer points help against (--points, thinned)"
         )
 
 

@@ -132,7 +132,7 @@ def test_wrong_arguments(capsys, arguments, message):
 def test_a_plot_that_cannot_be_drawn_is_told_before_anything_is_measured(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib.backend_bases", None)
     assert commands.main(["bench", "--quick", "--plot", "a.png"]) == 2
-    assert "--plot: needs `pip install surflux[bench]`" in capsys.readouterr().err
+    assert "--plot: needs `pip install 'surflux[bench]'`" in capsys.readouterr().err
 
 
 def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch, capsys):

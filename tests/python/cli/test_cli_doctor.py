@@ -332,3 +332,41 @@ def test_what_shines_by_itself_gets_no_light(here, run):
         status, out, err = run("doctor", name)
         assert status == 0, err
         assert "for it shines by itself" in out
+        assert "[[light]]" not in out
+
+
+def test_what_is_up_of_a_mesh_is_what_solve_takes(doctor, run):
+    """Two blocks on the floor of a room that is open at one side, y up; and z up."""
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    inwards = "1 2 4 3", "2 6 8 4", "3 4 8 7", "1 3 7 5", "5 7 8 6"
+    outwards = "5 6 8 7", "1 2 6 5", "2 4 8 6", "4 3 7 8", "3 1 5 7"
+    parts = [(corners * 4, inwards), *((np.add(corners, at), outwards) for at in ([0.6, 2, 0], [2.3, 1, 0]))]
+    for name, along in (("z.obj", [0, 1, 2]), ("y.obj", [1, 2, 0])):
+        lines = []
+        for k, (at, faces) in enumerate(parts):
+            lines += ["v {} {} {}".format(*at[i, along]) for i in range(8)]
+            lines += ["f " + " ".join(str(int(c) + 8 * k) for c in face.split()) for face in faces]
+        Path(name).write_text("\n".join(lines))
+        up = [0.0, 1.0, 0.0] if name == "y.obj" else [0.0, 0.0, 1.0]
+        found = doctor(name)[0]
+        assert found["up"] == up
+        assert found["next"].endswith("view y.obj --up 0,1,0" if name == "y.obj" else "view z.obj")
+        _, out, _ = run("doctor", name)
+        assert f"up: {name[0]}, as `surflux solve` takes it (--up)" in out
+        assert ("  up = [0, 1, 0]" in out) == (name == "y.obj")
+        assert f"note: {name[0]} is taken for up" in out
+
+
+def test_threads_are_those_that_were_asked_for(doctor, run):
+    write_ply("grid.ply", [])
+    assert doctor("grid.ply", "--threads", 1)[0]["solve"]["threads"] == 1
+    assert " on 1 thread," in run("doctor", "grid.ply", "--threads", 1)[1]
+
+
+def test_files_that_are_no_scans_are_not_to_be_converted(here, run):
+    for name, hint in (("a.epw", "`surflux solar --epw`"), ("a.md", "It is no scan"), ("a.xyb", "PDAL")):
+        (here / name).write_text("LOCATION,Zurich\n")
+        status, _, err = run("doctor", name)
+        assert status == 2
+        assert hint in err
+        assert ("PDAL" in err) == (hint == "PDAL")

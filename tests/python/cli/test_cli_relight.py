@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import surflux as sf
+from surflux.cli.saying import lines_of_files
 
 PATH = """
 frames = 3
@@ -37,6 +38,7 @@ def test_pictures_of_a_lamp_that_moves(room, run):
     assert status == 0, err
     _, error, local, *rest = out.splitlines()
     assert rest == [f"picture: a{k}.exr" for k in (1, 2, 3)]
+    assert lines_of_files("picture", [f"a{k}.png" for k in range(60)]) == ["picture: a0.png to a59.png, 60 of them"]
     assert re.fullmatch(r"estimated error of the first frame's irradiance.*: 0\.\d+ %", error)
     assert re.fullmatch(
         r"  relative to the light of the place itself: .* % \(median\), .* % \(90th percentile\)", local

@@ -120,6 +120,22 @@ def test_what_is_open_and_turned_away_is_told():
     assert found.inside_out.all() or found.against.all()
 
 
+@pytest.mark.parametrize("seed", [0, 10, 20])
+def test_houses_on_ground_that_goes_on_beneath_them_are_not_against(seed):
+    """At their feet coarse normals say otherwise than one sheet through walls and ground: its light tells nothing."""
+    ground = [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], [[0, 1, 2, 3]]
+    parts = [sf.Surfels.sample_mesh(ground, 2000, seed)]
+    for k, place in enumerate([[-2.5, -2.5, 0], [2.5, -2.5, 0], [-2.5, 2.5, 0], [2.5, 2.5, 0]]):
+        corners = [[x, y, z] for z in (0, 2) for y in (-1.5, 1.5) for x in (-1, 1)]
+        faces = [[4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]  # no floor
+        parts.append(sf.Surfels.sample_mesh((np.add(corners, place), faces), 333, seed + k + 1))
+    points, normals = (np.concatenate([getattr(p, name) for p in parts]) for name in ("points", "normals"))
+    for sign in (1, -1):
+        found = sf.facing(points, sign * normals)
+        assert found.open.all()
+        assert not found.against.any()
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_leaves_stay_as_they_are(seed):
     """Small disks at random face what they do by chance: only two that nearly lie in one plane pass for one surface.

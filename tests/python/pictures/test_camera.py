@@ -164,6 +164,43 @@ def test_framing_looks_at_fronts(azimuth):
     np.testing.assert_array_equal(camera.up, [0, 0, 1])
 
 
+def ball_with_an_ear(azimuth, tilt, count=1600):
+    """A ball that is open below, and an ear: how much of a picture they fill depends on where the ear reaches."""
+    rng = np.random.default_rng(round(1000 * azimuth))
+    ball, ear = (d / np.linalg.norm(d, axis=1, keepdims=True) for d in rng.normal(size=(2, count, 3)))
+    widths = np.array([2.0, 0.15, 0.15])
+    up = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    turn = np.array([[np.cos(azimuth), np.sin(azimuth), 0], [-np.sin(azimuth), np.cos(azimuth), 0], [0, 0, 1]])
+    points = np.vstack([ball, (ear[::2] * widths + [2.3, 0, 0]) @ up]) @ turn
+    normals = np.vstack([ball, (ear[::2] / widths) @ up]) @ turn
+    kept = points[:, 2] > -0.5 - 0.1 * rng.random(len(points))
+    return sf.Surfels(points[kept], normals[kept])
+
+
+@pytest.mark.parametrize("tilt", [30, 45, 60, 75])
+def test_no_body_is_framed_from_below(tilt):
+    """Its rim, and what fills more of the picture, are no reason."""
+    for azimuth in range(0, 360, 30):
+        surfels = ball_with_an_ear(np.radians(azimuth), np.radians(tilt))
+        for along in (True, False):
+            camera = framing(surfels, (400, 300), along=along)
+            assert camera.eye[2] > camera.target[2]
+
+
+def test_a_ceiling_is_framed_from_below():
+    """A ceiling and two walls under it, of a room 4 wide and 2 high."""
+    x, y = np.random.default_rng(0).uniform(-2, 2, (2, 3000))
+    high, flat, low = np.full(3000, 2.0), np.zeros(3000), np.abs(x)
+    parts = [([x, y, high], [0, 0, -1]), ([x, high, low], [0, -1, 0]), ([-high, y, low], [1, 0, 0])]
+    points, normals = np.hstack([p for p, _ in parts]).T, np.repeat([n for _, n in parts], 3000, axis=0)
+    camera = framing(sf.Surfels(points, normals), (400, 300), along=False)
+    assert camera.eye[2] < camera.target[2] - 0.3
+    floor = sf.Surfels(np.transpose([x, y, flat]), [[0, 0, 1]] * 3000)
+    room = sf.Scene([floor, sf.Surfels(points, normals)]).surfels
+    camera = framing(room, (400, 300), along=False)
+    assert camera.eye[2] > camera.target[2]
+
+
 def test_framing_keeps_its_three_quarters_of_what_looks_alike_from_all_sides():
     ball = cap(np.array([0.0, 0, 1]))
     whole = sf.Surfels(np.vstack([ball.points, -ball.points]), np.vstack([ball.normals, -ball.normals]))

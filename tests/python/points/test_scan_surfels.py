@@ -106,3 +106,21 @@ def test_a_scan_takes_attributes_of_any_kind():
     scan = sf.Scan(points, np.tile([0, 0, 1], (20, 1)), attributes=attributes, viewpoints=[])
     assert scan.viewpoints.shape == (0, 3)
     assert len(scan[:12].surfels()) == 12
+
+
+def test_a_pit_that_faces_up_is_not_said_to_face_the_wrong_side(caplog):
+    """It is seen less from above than from below, as the inside of a body is; but it is ground."""
+    x, y = np.random.default_rng(0).uniform(-1, 1, (2, 6000))
+
+    def height(x, y):
+        return 0.57 / (1 + np.exp(-(np.maximum(np.abs(x), np.abs(y)) - 0.9) / 0.02))
+
+    step = 1e-4
+    slopes = [(height(x + step, y) - height(x, y)) / step, (height(x, y + step) - height(x, y)) / step]
+    points, normals = np.column_stack([x, y, height(x, y)]), np.column_stack([*np.negative(slopes), np.ones_like(x)])
+    assert sf.facing(points, normals).against.mean() > 0.5
+    for order, told in (([0, 1, 2], False), ([0, 2, 1], True)):  # on its side, nothing says that it is ground
+        caplog.clear()
+        with caplog.at_level("INFO"):
+            sf.Scan(points[:, order], normals[:, order], name="pit.ply").surfels(orient=True)
+        assert ("face the side that is seen less" in caplog.text) == told

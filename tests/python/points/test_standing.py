@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.standing import stands_along_y
+from surflux.points.standing import furniture_stands_along_y, stands_along_y
 
 # z up becomes: itself, y up, and x up, y and z down.
 TURNS = {
@@ -42,6 +42,41 @@ def test_what_has_no_base_does_not_stand_along_y():
     assert not stands_along_y(sf.Surfels(ball, ball))
     sheet = np.random.default_rng(0).uniform(size=(3000, 3)) * [1, 0, 1]
     assert not stands_along_y(sf.Surfels(sheet, np.tile([0.0, 1, 0], (3000, 1))))
+
+
+def box_of(low, high, faces):
+    corners = [[x, y, z] for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
+    return corners, faces
+
+
+def room(furnished):
+    """A room 4 x 5 x 3, z up, open at one side, with two blocks on its floor or none."""
+    inwards = [[0, 1, 3, 2], [4, 6, 7, 5], [1, 5, 7, 3], [2, 3, 7, 6], [0, 2, 6, 4]]
+    sides = [[4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]
+    parts = [box_of((0, 0, 0), (4, 5, 3), inwards)]
+    if furnished:
+        parts += [box_of((0.5, 2, 0), (1.5, 3.5, 0.8), sides), box_of((2.4, 1, 0), (3.2, 1.7, 1.6), sides)]
+    corners = np.concatenate([np.asarray(c, float) for c, _ in parts])
+    faces = [[k + 8 * part for k in face] for part, (_, of) in enumerate(parts) for face in of]
+    return corners, faces
+
+
+@pytest.mark.parametrize("furnished", [True, False])
+def test_a_room_stands_along_y_where_its_furniture_does(furnished):
+    """Floor and ceiling look like two walls: without anything on the floor, nothing is said."""
+    corners, faces = room(furnished)
+    found = []
+    for up, turn in TURNS.items():
+        surfels = sf.Surfels.from_mesh((corners @ turn.T, faces), patch_area=0.02)
+        assert not stands_along_y(surfels)
+        found += [up] if furniture_stands_along_y(surfels) else []
+    assert found == (["y"] if furnished else [])
+
+
+@pytest.mark.scans
+def test_cornells_box_stands_along_y(scans):
+    path = scans / "scenes" / "cornell_mcguire" / "CornellBox-Original.obj"
+    assert furniture_stands_along_y(sf.Surfels.from_mesh(path, patch_area=0.001))
 
 
 @pytest.mark.scans
