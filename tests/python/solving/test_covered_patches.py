@@ -68,7 +68,7 @@ def test_a_patch_that_a_ball_stands_on_is_not_black(levels):
 @pytest.mark.filterwarnings("ignore:.*walls of other objects")
 @pytest.mark.parametrize("inwards", [0.2, 0.05])
 def test_patches_under_the_edges_of_a_box_have_their_free_light(inwards):
-    """Their middles lie so many cells under a box that stands a millimetre above the floor: they were 16 to 27 % off
+    """Their middles lie so many cells under a box that stands a millimetre above the floor: they were up to 19 % off
     `solve`, which does not divide senders either."""
     edge = np.array([1.05, 0.85]) - inwards * CELL
     scene = sf.Scene([room(), box_above(edge - [0.0, 0.1], [0.2, 0.2, 0.2], 0.001)], [LAMP])
