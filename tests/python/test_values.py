@@ -23,6 +23,16 @@ def shares(index=4):
 VALUES = {
     "point": (lambda: sf.PointLight(np.zeros(3), 1.0), lambda: sf.PointLight(np.ones(3), 1.0)),
     "spot": (lambda: sf.SpotLight([0, 0, 1], [0, 0, -1], 1), lambda: sf.SpotLight([0, 0, 1], [0, 0, -1], 1, cone=30)),
+    "photometry": (
+        lambda: sf.Photometry([0], [0, 90], [[1, 0]]),
+        lambda: sf.Photometry([0], [0, 80], [[1, 0]]),
+        lambda: sf.Photometry([0], [0, 90], [[0, 1]]),
+    ),
+    "luminaire": (
+        lambda: sf.PhotometricLight([0, 0, 1], sf.Photometry([0], [0, 90], [[1, 0]])),
+        lambda: sf.PhotometricLight([0, 0, 1], sf.Photometry([0], [0, 90], [[2, 0]])),
+        lambda: sf.PhotometricLight([0, 0, 1], sf.Photometry([0], [0, 90], [[1, 0]]), azimuth=90),
+    ),
     "area": (
         lambda: sf.AreaLight([0, 0, 1], [1, 0, 0], [0, 1, 0], np.ones(3)),
         lambda: sf.AreaLight([0, 0, 1], [1, 0, 0], [0, 1, 0], np.array([1, 1, 2])),

@@ -230,7 +230,10 @@ def test_what_is_refused(transfer, options, said):
     ("options", "said"),
     [
         ({"lights": 3}, "lights: wanted"),
-        ({"lights": sf.Environment(1.0)}, "lights: wanted point, spot, area or directional lights, got Environment"),
+        (
+            {"lights": sf.Environment(1.0)},
+            "lights: wanted point, spot, photometric, area .* got Environment",
+        ),
         ({"layers": "depth"}, "layers: wanted"),
         ({"layers": ["level"]}, "layers: wanted"),
         ({"background": [1, 2]}, "background: wanted"),

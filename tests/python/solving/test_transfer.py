@@ -297,7 +297,7 @@ def test_options_out_of_range_are_refused(options, message):
             {"lights": sf.Sky.from_sun(40.0, 150.0, 800.0, 100.0)},
             'got Sky at index 0; precompute_transfer.scene, "sky"',
         ),
-        ({"lights": 3}, "lights: wanted point, spot, area or directional lights, got int at index 0"),
+        ({"lights": 3}, "lights: wanted point, spot, photometric, area or directional lights, got int at index 0"),
         ({"lights": [LAMP, None]}, "lights: wanted point, .*, got NoneType at index 1"),
         ({"lights": LAMP, "reflectance": 1.0}, "reflectance: "),
         ({"lights": LAMP, "reflectance": [0.1, 0.2]}, "reflectance: "),

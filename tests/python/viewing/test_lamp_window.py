@@ -348,7 +348,10 @@ def test_a_picture_without_a_display(transfer, tmp_path, monkeypatch):
     [
         ({"transfer": 3}, "transfer: wanted a LocalTransfer, got int"),
         ({"lights": 3}, "lights: wanted a light or a list of lights, got int"),
-        ({"lights": [sf.Environment(1.0)]}, "lights: wanted point, spot, area or directional lights, got Environment"),
+        (
+            {"lights": [sf.Environment(1.0)]},
+            "lights: wanted point, spot, photometric, area .* got Environment",
+        ),
         ({"camera": 3}, "camera: wanted a Camera or None"),
         ({"stops": 99}, "stops: wanted"),
         ({"style": "cubes"}, "style: wanted one of"),
