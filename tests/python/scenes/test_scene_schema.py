@@ -86,6 +86,7 @@ VALUES = {
 LIGHTS = {
     "point": {"position": V, "intensity": 1},
     "spot": {"position": V, "direction": V, "intensity": 1},
+    "photometric": {"position": V, "photometry": "lamp.ies"},
     "area": {"corner": V, "edge_u": [1, 0, 0], "edge_v": [0, 1, 0], "exitance": 1},
     "directional": {"direction": V, "irradiance": 1},
     "environment": {"radiance": 1},
@@ -99,6 +100,7 @@ LIGHT_VALUES = {
     "penumbra": [3, -1, "3"],
     "azimuth": [30, "north"],
     "image": ["sky.hdr", 3],
+    "photometry": ["lamp.ies", 3],
     "color": [1],
 }
 CAMERA = {"eye": [0, -3, 1], "target": [0, 0, 0]}
@@ -135,6 +137,7 @@ def folder(tmp_path_factory):
     head += ["element face 3", "property list uchar int vertex_indices", "end_header"]
     body = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 1 1", "3 0 1 2", "3 0 2 3", "3 0 3 4"]
     (folder / "mesh.ply").write_text("\n".join([*head, *body]) + "\n")
+    (folder / "lamp.ies").write_text("TILT=NONE\n1 100 1 2 1 1 2 0 0 0 1 1 5 0 90 0 9 0\n")
     sf.write_image(folder / "sky.hdr", [[[1.0, 1.0, 1.0]] * 4] * 2)
     return folder
 
