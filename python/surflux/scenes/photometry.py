@@ -41,7 +41,7 @@ class Photometry:
     >>> gamma = np.arange(0.0, 95.0, 5.0)
     >>> panel = sf.Photometry([0.0], gamma, [1000.0 * np.cos(np.radians(gamma))])  # as a flat lamp shines
     >>> round(panel.lumens)  # 1000 pi, but for what is linear between five degrees
-    3138
+    3140
     """
 
     planes: Floats
@@ -133,6 +133,12 @@ def read_photometry(path: FilePath) -> Photometry:
     Raises:
         FileError: there is none, it is neither, is damaged (with the line), or has photometry of type A or B, whose
             angles turn about another axis.
+
+    >>> import surflux as sf
+    >>> with open("lamp.ies", "w") as file:
+    ...     written = file.write("IESNA:LM-63-2002\\nTILT=NONE\\n1 -1 1 3 1 1 2 .1 .1 0\\n1 1 12\\n0 45 90\\n0\\n500 300 0\\n")
+    >>> sf.read_photometry("lamp.ies")
+    Photometry(1 x 3 intensities up to 500 cd, of lamp.ies)
     """
     path = check.path("path", path)
     require_file(path)
