@@ -136,7 +136,7 @@ def read_photometry(path: FilePath) -> Photometry:
 
     >>> import surflux as sf
     >>> with open("lamp.ies", "w") as file:
-    ...     written = file.write("IESNA:LM-63-2002\\nTILT=NONE\\n1 -1 1 3 1 1 2 .1 .1 0\\n1 1 12\\n0 45 90\\n0\\n500 300 0\\n")
+    ...     written = file.write("TILT=NONE\\n1 -1 1 3 1 1 2 .1 .1 0\\n1 1 12\\n0 45 90\\n0\\n500 300 0\\n")
     >>> sf.read_photometry("lamp.ies")
     Photometry(1 x 3 intensities up to 500 cd, of lamp.ies)
     """
