@@ -259,7 +259,8 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
         const double least = std::min(s.areas[i], s.areas[j]);
         return g > 1e-12 * least ? Pair{std::min(g, least), is_mid ? Range::mid : Range::near} : Pair{};
     }
-    // The outer integral belongs over the smaller surfel: what that covers has an edge on the larger one, between points.
+    // The outer integral belongs over the smaller surfel: what that covers has an edge on the larger one, between
+    // points.
     constexpr double larger = 1.25;
     const double over_i = extent_[i] > larger * extent_[j] ? 0.0 : extent_[j] > larger * extent_[i] ? 1.0 : 0.5;
     double g = 0.0;

@@ -257,6 +257,6 @@ def test_an_error_is_claimed_if_the_reference_is_four_times_as_sure():
 def test_mitsuba_is_left_out_aloud_where_it_is_not_installed(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "mitsuba", None)
     assert mitsuba_renderer.load() is None
-    assert capsys.readouterr().err == "bench: Mitsuba left out: it is not installed (pip install surflux[bench])\n"
+    assert capsys.readouterr().err == "bench: Mitsuba left out: it is not installed (pip install 'surflux[bench]')\n"
     assert commands.main(["bench", "--reference"]) == 0
     assert "Mitsuba left out" in capsys.readouterr().err

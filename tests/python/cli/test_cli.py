@@ -295,7 +295,9 @@ def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch
     for arguments in (["render", "a.ply", "--turntable", 4], ["relight", "room.toml"]):
         status, out, err = run(*arguments, "--image", f"a{suffix}")
         assert (status, out) == (2, "")
-        wanted = rf"surflux: error: {suffix} files need `pip install surflux\[video\]` \(.*\); numbered pictures do not"
+        wanted = (
+            rf"surflux: error: {suffix} files need `pip install 'surflux\[video\]'` \(.*\); numbered pictures do not"
+        )
         assert re.fullmatch(wanted, err.splitlines()[-1])
 
 

@@ -215,7 +215,9 @@ def test_without_the_extra_films_say_what_to_install(solution, tmp_path, monkeyp
         return real(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(ImportError, match=r"\.mp4 files need `pip install surflux\[video\]`.*numbered pictures do not"):
+    with pytest.raises(
+        ImportError, match=r"\.mp4 files need `pip install 'surflux\[video\]'`.*numbered pictures do not"
+    ):
         solution.animate([CAMERA], tmp_path / "a.mp4", (16, 16))
 
 
