@@ -20,12 +20,11 @@ namespace surflux {
 namespace {
 
 SenderGroups::Lit alike(const std::uint32_t*, std::size_t, std::uint64_t) { return {1.0f}; }
-bool open(const std::uint32_t*, std::size_t, std::size_t, std::uint64_t) { return false; }
 
 TEST(SenderGroups, AreAPartitionWithMeansByArea) {
     const Scene scene = shapes::sphere_inside(2000);
     const std::vector<double>& areas = scene.surfels.areas;
-    const SenderGroups groups(scene, areas, std::vector<double>(areas.size(), 1.0), 300, alike, open, {});
+    const SenderGroups groups(scene, areas, std::vector<double>(areas.size(), 1.0), 300, alike, {}, {});
     ASSERT_EQ(groups.leaves.size(), 300u);
     ASSERT_EQ(groups.size(), 599u);
     std::vector<double> area(groups.size(), 0.0);
@@ -54,7 +53,7 @@ TEST(SenderGroups, AreAPartitionWithMeansByArea) {
 
 TEST(SenderGroups, ASenderIsAsLargeAsTheReachAndFacesOneWay) {
     const Scene scene = shapes::sphere_inside(2000);
-    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 500, alike, open, {});
+    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 500, alike, {}, {});
     for (std::uint32_t i = 0; i < 2000; i += 37) {
         EXPECT_EQ(groups.sender(i, 0.0), groups.leaf_of_surfel[i]);
         const SenderGroups::Node& far = groups.nodes[groups.sender(i, 0.5)];
@@ -66,7 +65,7 @@ TEST(SenderGroups, ASenderIsAsLargeAsTheReachAndFacesOneWay) {
 
 TEST(SenderGroups, SamplesLieOnTheirGroups) {
     const Scene scene = shapes::sphere_inside(500);
-    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(500, 1.0), 60, alike, open, {});
+    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(500, 1.0), 60, alike, {}, {});
     const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
     ASSERT_EQ(samples.samples.size(), 240u);
     for (std::size_t k = 0; k < 240; ++k) {
@@ -80,7 +79,7 @@ TEST(SenderGroups, SamplesLieOnTheirGroups) {
 TEST(GroupLight, IsTheInverseSquareWithOneRayForEachAndWithFewer) {
     const CompiledScene compiled(shapes::sphere_inside(2000));
     const Scene& scene = compiled.scene();
-    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 400, alike, open, {});
+    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 400, alike, {}, {});
     const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
     const std::vector<float> white(colors * groups.size(), 1.0f);
     const SurfelPoints points(scene.surfels);
@@ -100,7 +99,7 @@ TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
     // than what a ray stands for.
     const CompiledScene compiled(shapes::sphere_inside(4000));
     const Surfels& s = compiled.scene().surfels;
-    const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 1000, alike, open, {});
+    const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 1000, alike, {}, {});
     const SenderSamples samples = sample_senders(compiled.scene(), SurfelPoints(s), s.areas, groups, 4, 7);
     const std::vector<float> white(colors * groups.size(), 1.0f);
     const SurfelPoints points(s);
@@ -116,52 +115,88 @@ TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
     }
 }
 
+// A closed house on a ground that goes on beneath it, whose groups are neighbours of those around.
+struct ClosedHouse {
+    static constexpr double x0 = -0.3, y0 = -0.45, x1 = 0.35, y1 = 0.2, height = 0.5;
+    CompiledScene compiled;
+
+    explicit ClosedHouse(int across, double half = 1.0) : compiled(made(across, half)) {}
+    const Surfels& surfels() const { return compiled.scene().surfels; }
+    std::uint32_t of_ground(int across) const { return static_cast<std::uint32_t>(across * across); }
+    static bool is_inside(const Vec3& p) {
+        return p.x > x0 && p.x < x1 && p.y > y0 && p.y < y1 && p.z >= 0.0 && p.z < height;
+    }
+    static Scene made(int across, double half) {
+        Surfels ground, house;
+        shapes::add_rectangle(ground, {-half, -half, 0}, {2 * half, 0, 0}, {0, 2 * half, 0}, across, across);
+        const Vec3 low{x0, y0, 0.0}, high{x1, y1, height}, x{x1 - x0, 0, 0}, y{0, y1 - y0, 0}, z{0, 0, height};
+        shapes::add_rectangle(house, low, z, x, 1, 1);
+        shapes::add_rectangle(house, low, y, z, 1, 1);
+        shapes::add_rectangle(house, high, -x, -z, 1, 1);
+        shapes::add_rectangle(house, high, -z, -y, 1, 1);
+        shapes::add_rectangle(house, high, -y, -x, 1, 1);
+        shapes::finish(ground, 0.5, 0.0);
+        shapes::finish(house, 0.5, 0.0);
+        return shapes::scene_of({ground, house});
+    }
+    SenderGroups groups(std::size_t leaves, std::uint64_t seed) const {
+        const Surfels& s = surfels();
+        const SurfelPoints points(s);
+        const GroupOracle oracle(s, points, compiled.tracer(), false, seed);
+        const auto unlikeness = [&](const std::uint32_t* members, std::size_t count, std::uint64_t stream) {
+            return oracle.unlikeness(members, count, stream);
+        };
+        return SenderGroups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), leaves, unlikeness,
+                            oracle.walls(true), {});
+    }
+};
+
 TEST(GroupLight, WallsPartGroupsThatShareARay) {
-    // A closed house on a ground that goes on beneath it, whose groups are neighbours of those around.
-    Surfels ground, house;
-    shapes::add_rectangle(ground, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 40, 40);
-    const Vec3 low{-0.3, -0.45, 0.0}, high{0.35, 0.2, 0.5}, x{0.65, 0, 0}, y{0, 0.65, 0}, z{0, 0, 0.5};
-    shapes::add_rectangle(house, low, z, x, 1, 1);
-    shapes::add_rectangle(house, low, y, z, 1, 1);
-    shapes::add_rectangle(house, high, -x, -z, 1, 1);
-    shapes::add_rectangle(house, high, -z, -y, 1, 1);
-    shapes::add_rectangle(house, high, -y, -x, 1, 1);
-    shapes::finish(ground, 0.5, 0.0);
-    shapes::finish(house, 0.5, 0.0);
-    const CompiledScene compiled(shapes::scene_of({ground, house}));
-    const Surfels& s = compiled.scene().surfels;
+    const ClosedHouse house(40);
+    const Surfels& s = house.surfels();
     const SurfelPoints points(s);
-    const GroupOracle oracle(s, points, compiled.tracer(), false, 5);
-    const auto unlikeness = [&](const std::uint32_t* members, std::size_t count, std::uint64_t stream) {
-        return oracle.unlikeness(members, count, stream);
-    };
-    const auto walled = [&](const std::uint32_t* members, std::size_t middle, std::size_t count, std::uint64_t stream) {
-        return oracle.walled(members, middle, count, stream);
-    };
-    const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), s.size(), unlikeness,
-                              walled, {});
+    const SenderGroups groups = house.groups(s.size(), 5);
     ASSERT_EQ(groups.leaves.size(), s.size());
-    const SenderSamples samples = sample_senders(compiled.scene(), points, s.areas, groups, 4, 7);
+    const SenderSamples samples = sample_senders(house.compiled.scene(), points, s.areas, groups, 4, 7);
     const std::vector<float> white(colors * groups.size(), 1.0f);
-    const GroupLight light(compiled, groups, samples, points, s.areas);
-    const auto is_inside = [&](const Vec3& p) {
-        return p.x > low.x && p.x < high.x && p.y > low.y && p.y < high.y && p.z < high.z;
-    };
+    const GroupLight light(house.compiled, groups, samples, points, s.areas);
     for (const std::uint64_t seed : {0u, 1u, 2u}) {
         for (const bool across : {false, true}) {
             const std::vector<float> found =
                 light.irradiance({DirectionalLight{{0, 0, -1}, {1, 1, 1}}}, white, {200, seed, true, across});
             double most_inside = 0.0, sum = 0.0;
-            for (std::uint32_t i = 0; i < ground.size(); ++i) {
+            for (std::uint32_t i = 0; i < house.of_ground(40); ++i) {
                 const auto of_leaf = static_cast<double>(found[colors * groups.leaf_of_surfel[i]]);
                 sum += s.areas[i] * of_leaf;
-                if (is_inside(s.positions[i])) most_inside = std::max(most_inside, of_leaf);
+                if (ClosedHouse::is_inside(s.positions[i])) most_inside = std::max(most_inside, of_leaf);
             }
-            const double around = 4.0 - x.x * y.y;
+            const double around = 4.0 - 0.65 * 0.65;
             EXPECT_NEAR(sum, around, 0.1 * around);
             EXPECT_EQ(most_inside, across ? 1.0 : 0.0);
         }
     }
+}
+
+TEST(SenderGroups, NoneHasBothSidesOfAWall) {
+    // Of 16 and 32 surfels in the mean, where the floor of the house is two of them.
+    const ClosedHouse house(48, 1.5);
+    const Surfels& s = house.surfels();
+    for (const std::uint64_t seed : {0u, 1u, 2u})
+        for (const std::size_t each : {16u, 32u}) {
+            const SenderGroups groups = house.groups(s.size() / each, seed);
+            ASSERT_EQ(groups.leaves.size(), s.size() / each);
+            std::vector<int> inside(groups.size(), 0), around(groups.size(), 0);
+            for (std::uint32_t i = 0; i < house.of_ground(48); ++i)
+                ++(ClosedHouse::is_inside(s.positions[i]) ? inside : around)[groups.leaf_of_surfel[i]];
+            for (std::uint32_t k = static_cast<std::uint32_t>(groups.size()); k-- > 0;) {
+                const SenderGroups::Node& node = groups.nodes[k];
+                if (inside[k] > 0 && around[k] > 0) {
+                    EXPECT_FALSE(node.is_leaf()) << inside[k] << " and " << around[k];
+                    EXPECT_TRUE(node.is_walled());
+                }
+                if (k > 0) inside[node.parent] += inside[k], around[node.parent] += around[k];
+            }
+        }
 }
 
 TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
@@ -210,7 +245,7 @@ TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
 TEST(GroupLight, ANarrowBeamIsAllOnItsPatch) {
     const CompiledScene compiled(shapes::scene_of({shapes::cube_inside(6, 0.5, 0.0)}));
     const Surfels& s = compiled.scene().surfels;
-    const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 5000, alike, open, {});
+    const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 5000, alike, {}, {});
     const SurfelPoints points(s);
     const SenderSamples samples = sample_senders(compiled.scene(), points, s.areas, groups, 4, 7);
     const std::vector<float> white(colors * groups.size(), 1.0f);

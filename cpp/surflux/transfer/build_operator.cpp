@@ -133,17 +133,15 @@ private:
             placed_.means().for_functions(i, [&](std::uint32_t j, double weight) { path += weight * of_function[j]; });
             of_surfel.push_back(std::max(0.0, path));
         }
-        const GroupOracle oracle(scene_.surfels, points_, tracer_,
-                                 options_.lighting != OperatorOptions::Lighting::local, options_.seed + group_stream);
+        const bool of_lamps = options_.lighting == OperatorOptions::Lighting::local;
+        const GroupOracle oracle(scene_.surfels, points_, tracer_, !of_lamps, options_.seed + group_stream, of_surfel);
         const auto unlikeness = [&](const std::uint32_t* members, std::size_t count, std::uint64_t stream) {
             return oracle.unlikeness(members, count, stream);
         };
-        const auto walled = [&](const std::uint32_t* members, std::size_t middle, std::size_t count,
-                                std::uint64_t stream) { return oracle.walled(members, middle, count, stream); };
         require(options_.senders <= TransportOperator::most_senders / 2, "senders: wanted at most ",
                 TransportOperator::most_senders / 2, ", got ", options_.senders);
-        out_.senders =
-            SenderGroups(scene_, out_.areas, of_surfel, options_.senders, unlikeness, walled, stage("grouping"));
+        out_.senders = SenderGroups(scene_, out_.areas, of_surfel, options_.senders, unlikeness, oracle.walls(of_lamps),
+                                    stage("grouping"));
         out_.samples =
             sample_senders(scene_, points_, out_.areas, out_.senders, options_.samples, options_.seed + sample_stream);
         watch_.lap("grouping");

@@ -40,14 +40,24 @@ public:
         bool parted = false;  // is light of some hidden from others?
     };
     using Unlikeness = std::function<Lit(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)>;
-    // Does a wall part the two halves of a group, of which the second begins at `middle`?
-    using Walled =
-        std::function<bool(const std::uint32_t* surfels, std::size_t middle, std::size_t count, std::uint64_t stream)>;
+    struct Sides {
+        bool are_two = false;  // with a wall between them
+        std::vector<char> of;  // 0 and 1, the side of each surfel; empty where that is not known
+        bool are_sure = true;  // or are halves to be asked again?
+    };
+    // What is asked about walls; nothing where a function is empty.
+    struct Walls {
+        // Does one part the two halves of a group, of which the second begins at `middle`?
+        std::function<bool(const std::uint32_t* surfels, std::size_t middle, std::size_t count, std::uint64_t stream)>
+            halves;
+        // Does one go through a group?
+        std::function<Sides(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)> sides;
+    };
     // `areas`: what of each surfel sends and receives; others are in groups, too, for rays that meet them. `weight`:
     // how much light is to be expected there, by area: the groups are halved first for which, times `unlikeness`, it is
-    // most.
+    // most. Groups that a wall goes through are parted there, as far as so many leaves do.
     SenderGroups(const Scene& scene, const std::vector<double>& areas, const std::vector<double>& weight,
-                 std::size_t leaves, const Unlikeness& unlikeness, const Walled& walled, const Progress& progress);
+                 std::size_t leaves, const Unlikeness& unlikeness, const Walls& walls, const Progress& progress);
 
     std::size_t size() const { return nodes.size(); }
     // What sends for a surfel that is met: the largest group around it that a circle of radius `reach` covers, or the
@@ -82,6 +92,7 @@ public:
     std::vector<std::uint32_t> leaves;  // nodes that are, in the order of the tree: neighbours near each other
 
 private:
+    class Growth;  // of the tree
     // Numbers the nodes anew, with the surfels that are theirs.
     void number_by_place(std::vector<Range>& ranges);
 };

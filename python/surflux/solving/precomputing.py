@@ -143,8 +143,9 @@ def precompute_transfer(
         levels, radius: of the basis, as in `solve_meshless`.
         rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128; None
             for 128 ("local") or 256.
-        senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. One that has surfels on
-            both sides of a wall lights both: fewer than one for 8 surfels let light through walls. 1 to 8 388 608.
+        senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. Half of them are kept for
+            groups to be parted by walls that go through them, as one with surfels on both sides lights both: too few
+            (some hundreds of surfels a group) let light through walls. 1 to 8 388 608.
         region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those
             alone ("local"). None for anywhere in the air, hollow walls, too.
         patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches); None for 145.

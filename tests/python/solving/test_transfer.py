@@ -228,25 +228,6 @@ def test_two_sides_of_a_sheet_do_not_share_their_light():
     assert below.mean() < 1e-3 * found.irradiance[:, 0].mean()
 
 
-@pytest.mark.parametrize("seed", quick(0, of=range(3)))
-def test_walls_that_stand_on_a_surface_part_its_light(seed):
-    """Groups of a ground that went on beneath a closed house sent light of the sun into it, and shared rays to it."""
-    ground = sf.Surfels.from_mesh(([[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]], [[0, 1, 2, 3]]), 0.1, 0.4)
-    vertices, faces, _ = shapes.box([2.0, 2.0, 2.0], 1)
-    vertices = np.asarray(vertices) - [1.0, 1.0, 0.0]
-    walls = [face for face in faces if vertices[list(face), 2].max() > 0.0]
-    house = sf.Surfels.from_mesh((vertices, walls), 0.1, 0.6, two_sided=True)
-    transfer = sf.precompute_transfer(sf.Scene(sf.divide_patches([ground, house])), seed=seed, epsilon_t=0.05)
-    sun = sf.DirectionalLight([0.5, 0.3, -1.0], 800.0)
-    solution = transfer.relight(sun)
-    before = solution.surfels.points + 0.01 * solution.surfels.normals
-    inside = (np.abs(before[:, :2]) < 1.0).all(axis=1) & (before[:, 2] < 2.0)
-    assert inside.sum() > 200
-    assert solution.irradiance[inside].max() == 0.0
-    for rays in (256, 64, 16):  # fewer than groups, as on a wider ground with so many as there are by default
-        assert transfer.indirect(sun, shadow_rays=rays)[inside].max() == 0.0
-
-
 @pytest.mark.slow
 def test_same_for_any_number_of_threads(room):
     scene = sf.Scene(room.objects)
