@@ -235,6 +235,19 @@ def test_an_estimate_that_is_no_solution_is_warned_of():
     """A point lamp 1e-3 from a corner lights a thousandth of one patch of each wall."""
     room = sf.Surfels.from_mesh(shapes.box(patches=3, inward=True)[:2], reflectance=0.5)
     scene = sf.Scene([room], [sf.PointLight(room.bounds[0] + 1e-3, 1.0)])
-    with pytest.warns(UserWarning, match=r"the irradiance is off by an estimated \d+%: light is concentrated on less"):
+    with pytest.warns(UserWarning, match=r"\d+\.\d% of the light is lost by the solver"):
         solution = sf.solve_meshless(scene)
-    assert solution.error > 0.25
+    lit = solution.irradiance[:, 0] > 0.5 * solution.irradiance.max()  # one patch of each wall, alike for symmetry
+    assert lit.sum() == 3
+    off = np.ptp(solution.irradiance[lit, 0]) / solution.irradiance[lit, 0].mean()
+    assert off > 0.2
+    assert solution.error > 0.3 * off
+
+
+def test_light_on_less_than_a_disk_is_warned_of():
+    n = 12
+    at = np.stack(np.meshgrid(*2 * [np.arange(n) + 0.5]), -1).reshape(-1, 2) / n
+    floor = sf.Surfels(np.c_[at, np.zeros(n * n)], [[0, 0, 1]] * n * n, reflectance=0.0)
+    spot = sf.SpotLight([0.51, 0.47, 1.0], [0, 0, -1], 9.0, cone=1.0, penumbra=0.5)
+    with pytest.warns(UserWarning, match=r"the irradiance is off by an estimated \d+%: light is concentrated on less"):
+        assert sf.solve(sf.Scene([floor], [spot])).error > 0.25
