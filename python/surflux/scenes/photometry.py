@@ -211,17 +211,20 @@ def _ies(path, lines):
     return planes, angles, factor * numbers.take("candela values", width * height).reshape(width, height)
 
 
-# Which planes a EULUMDAT file has intensities of, by its symmetry: from, to.
-_PLANES_OF = {0: (0.0, 360.0), 2: (0.0, 180.0), 3: (90.0, 270.0), 4: (0.0, 90.0)}
+# Which planes a EULUMDAT file has intensities of, by its symmetry: from, to, and the part of all around that this is.
+_PLANES_OF = {0: (0.0, 360.0, 1), 2: (0.0, 180.0, 2), 3: (90.0, 270.0, 2), 4: (0.0, 90.0, 4)}
 
 
 def _eulumdat(path, lines):
     def number(k, what):
         text = lines[k].strip().replace(",", ".") if k < len(lines) else ""
         try:
-            return float(text)
+            value = float(text)
         except ValueError:
-            raise file_error(path, f"{what}: wanted a number, got {text[:40]!r}", f"line {k + 1}") from None
+            value = np.nan
+        if not np.isfinite(value):
+            raise file_error(path, f"{what}: wanted a number, got {text[:40]!r}", f"line {k + 1}")
+        return value
 
     symmetry = number(2, "symmetry")
     if symmetry not in (0, 1, 2, 3, 4):
@@ -240,8 +243,13 @@ def _eulumdat(path, lines):
     if symmetry == 1:
         planes = planes[:1]
     else:
-        low, high = _PLANES_OF[int(symmetry)]
+        low, high, parts = _PLANES_OF[int(symmetry)]
         planes = planes[(planes >= low) & (planes <= high)]
+        wanted = int(width) // parts + (parts > 1)
+        if len(planes) != wanted:
+            raise file_error(
+                path, f"planes: wanted {wanted} of {int(width)} from {low:g} to {high:g}, got {len(planes)}"
+            )
     candela = numbers.take("intensities", len(planes) * int(height)).reshape(len(planes), int(height))
     return planes, angles, candela * (conversion or 1.0) * flux / 1000.0
 

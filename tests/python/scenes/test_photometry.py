@@ -91,6 +91,17 @@ def test_eulumdat_files_that_end_too_soon(files, kept):
         sf.read_photometry(files("a.ldt", "\n".join(LDT.split("\n")[:kept])))
 
 
+@pytest.mark.parametrize("line", [2, 3, 5, 23, 25, 28, 45, 60])
+@pytest.mark.parametrize("text", ["nan", "inf", "many", "-1"])
+def test_eulumdat_files_with_wrong_numbers(files, line, text):
+    lines = LDT.split("\n")
+    lines[line] = text
+    if (line, text) == (23, "-1") or (line, text) == (28, "-1"):
+        lines[line] = "-2"  # makes all intensities less than 0
+    with pytest.raises(sf.FileError, match=r"a\.ldt"):
+        sf.read_photometry(files("a.ldt", "\n".join(lines)))
+
+
 def test_other_files(files, tmp_path):
     with pytest.raises(sf.FileError, match=r"wanted a name ending in \.ies or \.ldt"):
         sf.read_photometry(files("a.txt", IES))
