@@ -77,7 +77,7 @@ def _head(path):
 
 
 # Texts, pages, programs and pictures that lie beside scans.
-_NO_POINTS = {"bmp", "doc", "docx", "gif", "htm", "html", "ies", "ipynb", "jpeg", "jpg", "log", "md", "mp4", "odt"}
+_NO_POINTS = {"bmp", "doc", "docx", "gif", "htm", "html", "ipynb", "jpeg", "jpg", "log", "md", "mp4", "odt"}
 _NO_POINTS |= {"pdf", "py", "rst", "sh", "tif", "tiff", "webp", "xls", "xlsx", "xml", "yaml", "yml"}
 
 
@@ -95,7 +95,9 @@ def _refusal(path, what, name):
     elif name == "toml":
         hint = "surflux.load_scene reads it as a scene"
     elif name == "epw":
-        hint = "It is the weather of a place, which `surflux solar --epw` and surflux.read_weather read"
+        hint = "It is the weather of a place, which `surflux solar --epw` and surflux.Sky.from_epw read"
+    elif name in ("ies", "ldt"):
+        hint = "It is the photometry of a luminaire, which surflux.read_photometry reads"
     elif name in _NO_POINTS:
         hint = "It is no scan"
     else:

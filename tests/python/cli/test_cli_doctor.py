@@ -364,7 +364,12 @@ def test_threads_are_those_that_were_asked_for(doctor, run):
 
 
 def test_files_that_are_no_scans_are_not_to_be_converted(here, run):
-    for name, hint in (("a.epw", "`surflux solar --epw`"), ("a.md", "It is no scan"), ("a.xyb", "PDAL")):
+    for name, hint in (
+        ("a.epw", "`surflux solar --epw`"),
+        ("a.md", "It is no scan"),
+        ("a.ies", "surflux.read_photometry"),
+        ("a.xyb", "PDAL"),
+    ):
         (here / name).write_text("LOCATION,Zurich\n")
         status, _, err = run("doctor", name)
         assert status == 2
