@@ -71,6 +71,7 @@ LampSamples::LampSamples(const Emitter& lamp, const Light& light, const Receiver
     }
     if (const auto* p = std::get_if<PointLight>(&light)) position_ = p->position;
     if (const auto* p = std::get_if<SpotLight>(&light)) position_ = p->position;
+    if (const auto* p = std::get_if<PhotometricLight>(&light)) position_ = p->position;
     add_up(position_, part_, up_to_);
     if (up_to_.back() < least_solid_angle) return;
     how_ = by_solid_angle;

@@ -29,7 +29,7 @@ private:
     const Emitter& lamp_;
     const Receiver& receiver_;
     enum { evenly, by_solid_angle, by_light } how_ = evenly;
-    Vec3 position_;  // of a point light or spot light
+    Vec3 position_;  // of a light that is a point
     const AreaLight* area_ = nullptr;
     std::vector<Triangle> part_;  // of the receiver, what the lamp can shine on
     std::vector<double> up_to_;   // the solid angle of those triangles up to and with each

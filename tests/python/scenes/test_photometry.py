@@ -194,6 +194,16 @@ def test_narrow_beams_on_wide_disks(cone):
         assert power == pytest.approx(beam.lumens, rel=0.02)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_own_estimates_know_one_that_is_close(seed):
+    """Its place was the origin to them."""
+    floor = patch([-0.5, -0.5, 0], X, Y, 0.0, 0.0, 0.04)
+    solution = sf.solve(sf.Scene([floor], [sf.PhotometricLight([0.25, 0.1, 0.01], FLAT)]), seed=seed)
+    assert solution.error < 0.01
+    solution.irradiance = 1.1 * solution.irradiance
+    assert solution.estimate_error() == pytest.approx(0.1, rel=0.1)
+
+
 def lit_side(light):
     """Where around (0, 0) the light on a floor is, from its middle, unit."""
     floor = patch([-2, -2, 0], 4 * X, 4 * Y, 0.0, 0.0, 0.01)
