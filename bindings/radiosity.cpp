@@ -33,7 +33,10 @@ py::dict solve_scene(const CompiledScene& scene, const std::string& transport, d
     options.exchange.epsilon = epsilon;
     options.exchange.max_memory = max_memory;
     options.seed = seed;
-    options.tuning = tuning_with<RefinementTuning>(tuning);
+    if (options.transport == Transport::pairs)
+        options.exchange.tuning = tuning_with<PairsTuning>(tuning);
+    else
+        options.tuning = tuning_with<RefinementTuning>(tuning);
     options.team = to_team(team);
     const StageProgress report = to_stage_progress(progress);
     Solution solution = without_gil([&] { return solve(scene, options, report); });
@@ -162,6 +165,7 @@ void bind_radiosity(py::module_& module) {
                py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"), py::arg("tuning") = TuningValues(),
                py::arg("progress") = py::none(), py::arg("team") = py::none());
     // Constants of global refinement by name, as they are unless "tuning" sets them.
+    module.def("pairs_tuning", &tuning_values<PairsTuning>);
     module.def("refinement_tuning", &tuning_values<RefinementTuning>);
     module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),
                py::arg("max_levels"), py::arg("seed"), py::arg("progress") = py::none());

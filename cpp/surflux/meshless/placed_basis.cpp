@@ -114,7 +114,7 @@ void PlacedBasis::add_level(const std::vector<Vec3>& positions, const std::vecto
                             const SupportOptions& support, const Progress& progress) {
     basis_.add_level(positions, normals, objects, support);
     sight_.extend(surfels, progress);
-    basis_.set_cuts(wall_cuts(scene_, tracer_, basis_, sight_, progress));
+    basis_.set_cuts(wall_cuts(scene_, tracer_, basis_, sight_, tuning_, progress));
     means_.extend(placement_.points().level_begin.size() - 2, progress);
 }
 

@@ -19,6 +19,9 @@ struct MeshlessTuning {
     double widest_spacing = 3.0;
     double repeats = 2.0;
 
+    // Rays along the surface from a function's point, which find walls that end its support, and ends of one at most.
+    double wall_rays = 8.0, most_walls = 2.0;
+
     // Patches are wide whose diameter, over the coarsest spacing, exceeds this; where direct light is in the basis,
     // which changes faster, the second.
     double widest_mean = 1.0, widest_direct_mean = 0.5;
@@ -80,6 +83,8 @@ struct MeshlessTuning {
         visit("least_nook", least_nook);
         visit("widest_spacing", widest_spacing);
         visit("repeats", repeats);
+        visit("wall_rays", wall_rays);
+        visit("most_walls", most_walls);
         visit("widest_mean", widest_mean);
         visit("widest_direct_mean", widest_direct_mean);
         visit("most_places", most_places);

@@ -9,16 +9,16 @@ namespace surflux {
 
 namespace {
 
-constexpr int directions = 8;
 constexpr double height = 0.25;           // of the way, as high as Sight looks
-constexpr std::size_t most_cuts = 2;      // of a function
 constexpr double same_direction = 0.999;  // of planes
 constexpr double least_slope = 0.3;       // cosine: a plane that hardly crosses the surface is no wall on it
 
 }  // namespace
 
 std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
-                                  const BasisSight& sight, const Progress& progress) {
+                                  const BasisSight& sight, const MeshlessTuning& tuning, const Progress& progress) {
+    const auto directions = std::lround(tuning.wall_rays);
+    const auto most_cuts = static_cast<std::size_t>(std::lround(tuning.most_walls));
     const std::size_t level = basis.levels() - 1;
     const std::uint32_t first = basis.first(level), last = basis.first(level + 1);
     constexpr std::size_t grain = 64;
@@ -36,8 +36,8 @@ std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, cons
                 const Vec3 &at = basis.position(j), &normal = basis.normal(j);
                 const Frame frame = frame_around(normal);
                 rays.clear();
-                for (int d = 0; d < directions; ++d) {
-                    const double angle = 2.0 * pi * d / directions;
+                for (long d = 0; d < directions; ++d) {
+                    const double angle = 2.0 * pi * static_cast<double>(d) / static_cast<double>(directions);
                     rays.push_back({{at + (height * radius) * normal, normal, Hit::none},
                                     std::cos(angle) * frame.u + std::sin(angle) * frame.v,
                                     radius});

@@ -11,9 +11,6 @@ namespace surflux {
 namespace {
 
 constexpr double largest_scale = 2.0;
-// How far the losses of disks follow their scale. Measured on a ball and in corners under lights and skies: from 0.1 to
-// 0.3 all the same, and the error up to 2 times less than at 1. And how far all else follows that of near pairs.
-constexpr double yield_of_disks = 0.1, yield_of_rest = 0.1;
 constexpr double near_tolerance = 1e-4;
 
 // What sure rows lose, such that they close by themselves where that does not contradict the rays.
@@ -32,7 +29,8 @@ void settle_losses(const Exchange& exchange, const std::vector<double>& sums, He
 }
 
 // Scales the near pairs alone, in place.
-void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const Hemispheres& hemispheres) {
+void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const Hemispheres& hemispheres,
+                      double yield_of_rest) {
     if (exchange.near.empty()) return;
     std::vector<std::uint32_t> members;
     for (const auto& [i, j] : exchange.near) members.push_back(i), members.push_back(j);
@@ -76,17 +74,18 @@ void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const
 
 }  // namespace
 
-Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance) {
+Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance,
+              const PairsTuning& tuning) {
     exchange.scale.assign(exchange.size, 1.0);
     const std::vector<double> sums = exchange.row_sums();
     settle_losses(exchange, sums, hemispheres);
-    scale_near_pairs(exchange, sums, hemispheres);
+    scale_near_pairs(exchange, sums, hemispheres, tuning.yield_of_rest);
 
     ScalingProblem problem;
     problem.totals = exchange.areas;
     for (std::size_t i = 0; i < exchange.size; ++i) {
         problem.lost.push_back(exchange.areas[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]));
-        problem.yields.push_back(exchange.sure[i] ? 1.0 : yield_of_disks);
+        problem.yields.push_back(exchange.sure[i] ? 1.0 : tuning.yield_of_disks);
     }
     problem.product = [&](const std::vector<double>& x, std::vector<double>& out) { exchange.apply(x, out, 1); };
     Scaling found = scale_symmetrically(problem, largest_scale, tolerance, progress);

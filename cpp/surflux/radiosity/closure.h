@@ -26,6 +26,7 @@ struct Closure {
 // (ScalingProblem::yields).
 //   Most of what rows lack is missing from their near pairs, where a disk stands for a cell of unknown shape. So these
 // are scaled first, by a diagonal of their own; all other pairs yield as little to it as losses do.
-Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7);
+Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7,
+              const PairsTuning& tuning = {});
 
 }  // namespace surflux

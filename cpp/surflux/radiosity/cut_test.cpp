@@ -13,10 +13,9 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t neighbors = 9;                   // the node itself among them
-constexpr std::size_t drawn_leaves = 64, corners = 4;  // of a group that is probed
+constexpr std::size_t neighbors = 9;  // the node itself among them
+constexpr std::size_t corners = 4;    // of a group that is probed
 constexpr std::uint32_t fewest_aimed = 6;
-constexpr int most_at_once = 4;  // times the rays that a node has: then it is asked again
 
 // Between what the halves of a row's rays bring.
 Rgb difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row, const std::vector<double>& sent,
@@ -34,11 +33,10 @@ double smallness(double usual_area, double area) { return std::pow(std::max(1.0,
 
 // How many rays a node wants whose standard error is so many times what it may be: evenly spread ones, of which twice
 // as many have about 2^-3/4 of the error, by powers of 2. 0: no more than it has.
-int rays_for(double times, std::uint32_t rays, int most) {
+int rays_for(double times, std::uint32_t rays, int most, double at_once) {
     if (!(times > 1.0)) return 0;
     int out = static_cast<int>(rays);
-    for (double left = times; left > 1.0 && 2 * out <= most && out < most_at_once * static_cast<int>(rays); left *= 0.6)
-        out *= 2;
+    for (double left = times; left > 1.0 && 2 * out <= most && out < at_once * rays; left *= 0.6) out *= 2;
     return out > static_cast<int>(rays) ? out : 0;
 }
 
@@ -73,7 +71,7 @@ std::uint32_t CutTest::leaf_below(std::uint32_t node, Random& random) const {
 std::vector<std::uint32_t> CutTest::telling_leaves(std::uint32_t node) const {
     Random random(seed_, node);
     std::vector<std::uint32_t> drawn;
-    for (std::size_t k = 0; k < drawn_leaves; ++k) drawn.push_back(leaf_below(node, random));
+    for (long k = 0; k < std::lround(tuning_.drawn_leaves); ++k) drawn.push_back(leaf_below(node, random));
     std::vector<std::uint32_t> out{drawn.front()};
     std::vector<double> distance(drawn.size(), std::numeric_limits<double>::infinity());
     Vec3 from = tree_.position(tree_.representative(node));
@@ -144,10 +142,10 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
                 const double pooled = near.empty() ? own[k] : std::sqrt(squared / static_cast<double>(near.size()));
                 out.standard_error[k] = pooled * allowed.noise[k];
                 // What is not aimed knows less than nodes around that are.
-                out.rays[k] =
-                    !row.is_aimed() && aimed >= fewest_aimed
-                        ? static_cast<int>(fewest)
-                        : rays_for(pooled / smallness(usual_area, tree_.area(cut.nodes[k])), row.rays, most_rays);
+                out.rays[k] = !row.is_aimed() && aimed >= fewest_aimed
+                                  ? static_cast<int>(fewest)
+                                  : rays_for(pooled / smallness(usual_area, tree_.area(cut.nodes[k])), row.rays,
+                                             most_rays, tuning_.most_at_once);
                 // What it was given already did not help.
                 if (k < cut.rays.size() && out.rays[k] <= cut.rays[k]) out.rays[k] = 0;
             }

@@ -15,12 +15,10 @@ namespace surflux {
 
 namespace {
 
-constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not the two surfels
-constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
-constexpr int most_rays = 64, emitter_rays = 16;
-constexpr double rays_per_factor = 256.0;
-constexpr int more_rays = 8;    // times as many between patches that see each other in part
 constexpr int most_draws = 64;  // of points, for one in front of the other surfel
+
+// A tuned number of rays.
+int whole(double rays) { return std::max(1, static_cast<int>(std::lround(rays))); }
 
 }  // namespace
 
@@ -37,7 +35,7 @@ namespace {
 // Share of the exchange that is free to pass between i and a surfel j that fills much of its sky: in contact almost all
 // of it passes where the two are closest, which points spread over both would miss. Rays leave i as its light does.
 double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
-                                   std::uint64_t seed, std::size_t& rays) {
+                                   int hemisphere_rays, std::uint64_t seed, std::size_t& rays) {
     const Frame frame = frame_around(pairs.normal(i));
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     int all = 0, free = 0;
@@ -56,21 +54,25 @@ double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pai
 // The same for any pair. Rays are spread over both surfels as far as they are patches, or near, between points that lie
 // in front of each other; each counts as much as passes along it.
 double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
-                     PairExchange::Range range, double factor, bool extended, std::uint64_t seed, std::size_t& rays) {
+                     PairExchange::Range range, double factor, bool extended, const PairsTuning& tuning,
+                     std::uint64_t seed, std::size_t& rays) {
     using Range = PairExchange::Range;
     if (range == Range::same_surface) return 1.0;
     if (range == Range::near && pairs.extent(j) < pairs.extent(i)) std::swap(i, j);
-    if (range == Range::near && factor > large_factor)
-        return visible_share_of_hemisphere(tracer, pairs, i, j, seed, rays);
-    int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
+    if (range == Range::near && factor > tuning.large_factor)
+        return visible_share_of_hemisphere(tracer, pairs, i, j, whole(tuning.hemisphere_rays), seed, rays);
+    int count = whole(range == Range::near              ? tuning.near_rays
+                      : range == Range::mid && extended ? tuning.mid_rays
+                                                        : tuning.far_rays);
     // A pair that matters more than others is looked at more closely: a large one, or one that carries a lamp's light.
-    count = std::max(count, std::min(most_rays, static_cast<int>(rays_per_factor * factor)));
-    if (pairs.is_lamp(i) || pairs.is_lamp(j)) count = std::max(count, emitter_rays);
+    count = std::max(count, static_cast<int>(std::min(tuning.most_rays, tuning.rays_per_factor * factor)));
+    if (pairs.is_lamp(i) || pairs.is_lamp(j)) count = std::max(count, whole(tuning.lamp_rays));
+    const int most = whole(tuning.more_rays * count);
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     const bool patches = pairs.is_patch(i) && pairs.is_patch(j);
     double all = 0.0, free = 0.0;
     int cast = 0;
-    for (int k = 0; k < more_rays * count || (cast == 0 && k < most_draws); ++k) {
+    for (int k = 0; k < most || (cast == 0 && k < most_draws); ++k) {
         if (cast == count && (!patches || free <= 0.0 || free >= all)) break;
         const double* u = even.next();
         const Vec3 from = pairs.ray_point(i, range, u[0], u[1]), to = pairs.ray_point(j, range, u[2], u[3]);
@@ -123,7 +125,7 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     require_memory_for_pairs(n, options.max_memory);
-    const PairExchange pairs(scene, options.epsilon);
+    const PairExchange pairs(scene, options.epsilon, true, options.tuning);
 
     Exchange out;
     out.g.assign(n * n, 0.0f);
@@ -135,7 +137,7 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
         if (tracer && pair.exchange > 0.0)
             pair.exchange *=
                 visible_share(*tracer, pairs, i, j, pair.range, pair.exchange / std::min(s.areas[i], s.areas[j]),
-                              pairs.is_patch(i) || pairs.is_patch(j), seed, rays);
+                              pairs.is_patch(i) || pairs.is_patch(j), options.tuning, seed, rays);
         return pair;
     };
     fill_all_pairs(out, scene, pairs, of_pair, progress);

@@ -7,6 +7,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/radiosity/pair_exchange.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -15,6 +16,7 @@ namespace surflux {
 struct ExchangeOptions {
     double epsilon = 0.8;     // same surface where n_i . n_j is above this, D04 eq. 10
     double max_memory = 0.0;  // bytes for the exchange of all pairs; 0: three quarters of available_memory()
+    PairsTuning tuning;
 };
 
 // The exchange of light between all pairs of surfels: G_ij = A_i F_ij V_ij, symmetric, G_ii >= 0, stored in full so

@@ -45,11 +45,12 @@ public:
           probes_(points_, tracer, tree_, skies_, options.seed + probe_stream, options.tuning, options.team),
           test_(std::make_unique<CutTest>(tree_, gathering_, probes_, options.seed + probe_stream, options.tuning)),
           sources_(scene, points_, tracer, tree_, &emitters_, &sky_cells_, options.direct, options.rays, options.seed,
-                   options.team) {
+                   options.team),
+          particles_(options.tuning) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = options.tuning.usual_share * squared / total;
-        rays_ = std::make_unique<NodeRays>(tree_, gathering_, options.rays, usual_area_);
+        rays_ = std::make_unique<NodeRays>(tree_, gathering_, options.rays, usual_area_, options.tuning);
         sources_.update(stage("direct"));
         watch_.lap("direct");
         const bool grey = is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) && sources_.is_grey() &&
@@ -102,7 +103,7 @@ private:
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
     InsertionOptions insertion_options() const {
-        return {smallest_radius(scene_.surfels, options_.tuning.smallest_share)};
+        return {smallest_radius(scene_.surfels, options_.tuning.smallest_share), options_.tuning};
     }
     int most_rays() const {
         return static_cast<int>(std::min(65535.0, options_.tuning.most_more_rays * options_.rays));

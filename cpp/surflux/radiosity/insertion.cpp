@@ -13,12 +13,9 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t neighbor_count = 9;  // the leaf itself among them
-constexpr std::size_t repelling = 12;
+constexpr std::size_t neighbor_count = 9;     // the leaf itself among them
 constexpr std::size_t most_inserted = 50000;  // leaves more, unless it is said
-constexpr double step = 0.3;                  // of what the forces want, per round of repulsion
 constexpr double inside = 0.96;               // of the way to the rim of a patch is as far as children go
-constexpr double farthest = 0.75;             // of the parent's radius is as far as they go from it
 
 // A child at an offset in the plane of its parent, on a surface whose slope changes evenly from the parent's normal n
 // to the child's.
@@ -197,7 +194,7 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
             Vec3 v = around.error - dot(around.error, w) * w;
             v = length(v) > 1e-12 * length(around.error) && length(v) > 0.0 ? normalized(v) : frame_around(w).u;
             const Vec3 u = cross(v, w);
-            const double reach = options_.spread * tree_.radius(leaf);
+            const double reach = options_.tuning.spread_of_children * tree_.radius(leaf);
             const double signs[4][2] = {{-1, 1}, {1, 1}, {1, -1}, {-1, -1}};
             for (std::size_t c = 0; c < SurfelTree::children; ++c) {
                 SurfelTree::Child& child = families[k].children[c];
@@ -252,12 +249,13 @@ void Insertion::repel(std::uint32_t first, const Progress& progress) {
     parallel_for(count, 64, [&](std::size_t k) {
         thread_local std::vector<Interpolation::Weight> found;
         const std::uint32_t p = first + static_cast<std::uint32_t>(k);
-        leaves.sites->nearest(tree_.position(p), tree_.normal(p), tree_.object(p), repelling, found);
+        leaves.sites->nearest(tree_.position(p), tree_.normal(p), tree_.object(p),
+                              static_cast<std::size_t>(std::lround(options_.tuning.repelling)), found);
         for (const Interpolation::Weight& other : found)
             if (leaves.points[other.site] != p) near[k].push_back(leaves.points[other.site]);
     });
     std::vector<Vec3> moved(count);
-    for (int round = 0; round < options_.repulsion_rounds; ++round) {
+    for (int round = 0; round < std::lround(options_.tuning.repulsion_rounds); ++round) {
         parallel_for(count, 64, [&](std::size_t k) {
             const std::uint32_t p = first + static_cast<std::uint32_t>(k), from = parent[k];
             const Vec3 at = tree_.position(p), &n = tree_.normal(from), &center = tree_.position(from);
@@ -268,9 +266,9 @@ void Insertion::repel(std::uint32_t first, const Progress& progress) {
                 const double distance = length(d), wanted = 0.5 * (spacing + std::sqrt(tree_.area(other)));
                 if (distance < wanted && distance > 0.0) force += ((wanted - distance) / distance) * d;
             }
-            Vec3 offset = at + step * force - center;
+            Vec3 offset = at + options_.tuning.repulsion_step * force - center;
             offset -= dot(offset, n) * n;
-            const double most = farthest * tree_.radius(from);
+            const double most = options_.tuning.farthest_child * tree_.radius(from);
             if (length(offset) > most) offset *= most / length(offset);
             if (!tree_.piece(from).empty()) {
                 moved[k] = kept_on_patch(from, center + offset);

@@ -15,8 +15,7 @@ namespace surflux {
 
 struct InsertionOptions {
     double least_radius = 0.0;  // no child is smaller
-    double spread = 0.3;        // c of D04 7.2: children stand at (+-c R, +-c R) before they repel each other
-    int repulsion_rounds = 5;   // as often they move
+    RefinementTuning tuning = {};
 };
 
 // The radius below which no child is inserted: that share of the radius of the scene's surfels (RMS by area).

@@ -1,6 +1,7 @@
 #include "surflux/radiosity/light_particles.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "surflux/core/parallel.h"
@@ -11,9 +12,8 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t of_surfel = 32, least = std::size_t{1} << 16, most = std::size_t{1} << 20;
-constexpr std::size_t telling = 3;     // particles: fewer are chance
-constexpr std::size_t most_aims = 64;  // of a node
+constexpr std::size_t least = std::size_t{1} << 16, most = std::size_t{1} << 20;
+constexpr std::size_t telling = 3;  // particles: fewer are chance
 
 }  // namespace
 
@@ -29,7 +29,8 @@ void LightParticles::shoot(const SurfelTree& tree, const Tracer& tracer, const s
         power[k + 1] = power[k] + tree.area(leaves[k]) * std::max(0.0, light_of(leaves[k]));
     arrivals_.clear();
     if (!(power.back() > 0.0)) return;
-    const std::size_t count = std::clamp(of_surfel * leaves.size(), least, most);
+    const std::size_t count = std::clamp(
+        static_cast<std::size_t>(tuning_.particles_of_surfel * static_cast<double>(leaves.size())), least, most);
     power_ = power.back() / static_cast<double>(count);
     std::vector<Arrival> found(count);
     parallel_blocks(
@@ -68,7 +69,7 @@ std::vector<double> LightParticles::irradiance(const SurfelTree& tree, const Cut
 }
 
 void LightParticles::aims_of(std::uint32_t node, const SurfelTree& tree, const Vec3& at, std::vector<Aim>& out) const {
-    const std::size_t before = out.size();
+    const std::size_t before = out.size(), most_aims = static_cast<std::size_t>(std::lround(tuning_.most_aims));
     std::vector<std::uint32_t> stack{node};
     while (!stack.empty() && out.size() < before + most_aims) {
         const std::uint32_t top = stack.back();

@@ -8,6 +8,7 @@
 #include "surflux/lights/aimed_row.h"
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/surfel_tree.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -17,6 +18,8 @@ namespace surflux {
 // arrive by what light there is. They are evidence, and none of it becomes light.
 class LightParticles {
 public:
+    explicit LightParticles(const RefinementTuning& tuning = {}) : tuning_(tuning) {}
+
     // As many as there are surfels, times so many, within bounds. `sent` of all nodes, `channels` interleaved.
     void shoot(const SurfelTree& tree, const Tracer& tracer, const std::vector<double>& sent, std::size_t channels,
                std::uint64_t seed, const Progress& progress);
@@ -28,6 +31,7 @@ public:
     void aims_of(std::uint32_t node, const SurfelTree& tree, const Vec3& at, std::vector<Aim>& out) const;
 
 private:
+    RefinementTuning tuning_;
     struct Arrival {
         std::uint32_t surfel, sender;
         float light;  // that the sender sends, its luminance

@@ -8,12 +8,6 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr std::size_t rows_around = 9;
-
-}  // namespace
-
 // The error of all is least for given rays where they go by the root of the area.
 int NodeRays::usual_rays(std::uint32_t node) const {
     const double share = std::sqrt(tree_.area(node) / usual_area_);
@@ -68,6 +62,7 @@ void NodeRays::shoot_aimed(const Fresh& fresh, const std::vector<double>& sent, 
         normals.push_back(tree_.normal(p));
         objects.push_back(tree_.object(p));
     }
+    const auto rows_around = static_cast<std::size_t>(std::lround(tuning_.rows_around));
     const Interpolation sites(positions, normals, objects, standing_at(0, fresh.nodes.size(), progress));
     gathering_.add_aimed(
         fresh.places, fresh.counts,

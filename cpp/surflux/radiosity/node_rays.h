@@ -7,6 +7,7 @@
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/gathering.h"
 #include "surflux/radiosity/light_particles.h"
+#include "surflux/radiosity/tuning.h"
 
 namespace surflux {
 
@@ -16,8 +17,8 @@ namespace surflux {
 class NodeRays {
 public:
     // `rays`: of a node of `usual_area` or more; smaller ones have fewer.
-    NodeRays(const SurfelTree& tree, Gathering& gathering, int rays, double usual_area)
-        : tree_(tree), gathering_(gathering), rays_(rays), usual_area_(usual_area) {}
+    NodeRays(const SurfelTree& tree, Gathering& gathering, int rays, double usual_area, const RefinementTuning& tuning)
+        : tree_(tree), gathering_(gathering), rays_(rays), usual_area_(usual_area), tuning_(tuning) {}
 
     // Shoots what is missing, and fills in the rows of the cut. `sent`: what all nodes sent last, `channels`
     // interleaved; none are aimed before there is any.
@@ -45,6 +46,7 @@ private:
     Gathering& gathering_;
     int rays_;
     double usual_area_;
+    RefinementTuning tuning_;
     bool any_aimed_ = false;
     std::vector<std::uint32_t> row_of_;                   // of points that stand for a node
     std::vector<int> asked_;                              // rays that their last rows were to have: aimed ones round

@@ -15,7 +15,6 @@ namespace surflux {
 
 namespace {
 
-constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
 // The circle in a square of the disk's area: what is farther out may lie behind a wall that the disk adjoins.
 constexpr double within_cell = 0.886;
 // Contact distances within which rays take a surface for the one that they leave; doubles round off so much less.
@@ -26,9 +25,12 @@ constexpr int touching_points = 12, apart_points = 6;
 
 }  // namespace
 
-PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays)
+PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays, const PairsTuning& tuning)
     : scene_(scene),
       epsilon_(epsilon),
+      mid_ratio_(tuning.mid_ratio),
+      far_ratio_(tuning.far_ratio),
+      patches_far_ratio_(tuning.patches_far_ratio),
       points_(scene.surfels),
       distances_(scene.surfels),
       touch_(by_rays ? taken_for_own : float_over_double),
@@ -232,8 +234,8 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     const double extent = std::max(extent_[i], extent_[j]);
     const double areas = s.areas[i] * s.areas[j];
     const bool patches = points_.is_patch(i) && points_.is_patch(j);
-    if (squared > far_ratio * far_ratio * extent * extent) {
-        if (patches && squared <= patches_far_ratio * patches_far_ratio * extent * extent) {
+    if (squared > far_ratio_ * far_ratio_ * extent * extent) {
+        if (patches && squared <= patches_far_ratio_ * patches_far_ratio_ * extent * extent) {
             const double g = between_nodes(i, j);
             return g > 0.0 ? Pair{g, Range::far} : Pair{};
         }
@@ -248,7 +250,7 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
         return {areas * to_j * to_i / (pi * squared * bounded), Range::same_surface};
     }
     if ((to_j <= 0.0 || to_i <= 0.0) && is_back_of_neighbor(i, j, squared)) return {};
-    const bool is_mid = squared > mid_ratio * mid_ratio * extent * extent;
+    const bool is_mid = squared > mid_ratio_ * mid_ratio_ * extent * extent;
     if (is_mid && !patches) {
         const double g = between_nodes(i, j);
         return g > 0.0 ? Pair{g, Range::mid} : Pair{};
@@ -338,17 +340,17 @@ PairExchange::Pair PairExchange::precise(std::uint32_t i, std::uint32_t j) const
     constexpr double largest_ratio = 1e3;
     if (!points_.is_patch(i) || !points_.is_patch(j) || (ratio > largest_ratio && !face_wholly(i, j)))
         return (*this)(i, j);
-    if (ratio <= far_ratio && !rise_above_each_other(i, j)) return {};
+    if (ratio <= far_ratio_ && !rise_above_each_other(i, j)) return {};
     // Errors of square patches, turned at random: 1e-14 where they touch, 1e-9 over a gap of a tenth of their edge, at
     // most 1e-9 of the kernel between points facing each other farther off.
     const bool cancels = ratio <= 8.0 || !face_wholly(i, j);
-    const double g = ratio <= mid_ratio ? between_polygons(i, j, 32, Grading::steep)
-                     : ratio <= 6.0     ? between_polygons(i, j, 6, Grading::plain)
-                     : cancels          ? between_polygons(i, j, 4, Grading::plain)
-                     : ratio <= 20.0    ? by_quadrature<4>(i, j)
-                                        : by_quadrature<3>(i, j);
+    const double g = ratio <= mid_ratio_ ? between_polygons(i, j, 32, Grading::steep)
+                     : ratio <= 6.0      ? between_polygons(i, j, 6, Grading::plain)
+                     : cancels           ? between_polygons(i, j, 4, Grading::plain)
+                     : ratio <= 20.0     ? by_quadrature<4>(i, j)
+                                         : by_quadrature<3>(i, j);
     const double least = std::min(s.areas[i], s.areas[j]);
-    const Range range = ratio <= mid_ratio ? Range::near : ratio <= far_ratio ? Range::mid : Range::far;
+    const Range range = ratio <= mid_ratio_ ? Range::near : ratio <= far_ratio_ ? Range::mid : Range::far;
     return g > (cancels ? 1e-12 * least : 0.0) ? Pair{std::min(g, least), range} : Pair{};
 }
 

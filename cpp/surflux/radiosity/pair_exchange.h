@@ -7,6 +7,7 @@
 
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/polygon_exchange.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/scene/extent.h"
 #include "surflux/scene/scene.h"
 
@@ -23,7 +24,8 @@ namespace surflux {
 class PairExchange {
 public:
     // Surfaces that rays cannot tell apart touch, or (`by_rays` off) those that doubles cannot.
-    explicit PairExchange(const Scene& scene, double epsilon = 0.8, bool by_rays = true);
+    explicit PairExchange(const Scene& scene, double epsilon = 0.8, bool by_rays = true,
+                          const PairsTuning& tuning = {});
 
     enum class Range { none, same_surface, far, mid, near };
     struct Pair {
@@ -74,6 +76,7 @@ private:
 
     const Scene& scene_;
     double epsilon_;
+    double mid_ratio_, far_ratio_, patches_far_ratio_;  // PairsTuning
     SurfelPoints points_;
     // What is closer than this to a surfel's plane covers it instead of exchanging light with it.
     double contact(std::uint32_t i, std::uint32_t j) const {

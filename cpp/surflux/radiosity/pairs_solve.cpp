@@ -99,7 +99,8 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const LitPoints& l
     watch.lap("hemispheres");
     Exchange exchange = exchange_of_all_pairs(scene, &tracer, options.exchange, options.seed, stage("exchange"));
     watch.lap("exchange");
-    const Closure closure = close(exchange, hemispheres, stage("closure"), closure_tolerance(s));
+    const Closure closure =
+        close(exchange, hemispheres, stage("closure"), closure_tolerance(s), options.exchange.tuning);
     watch.lap("closure");
 
     out.direct.resize(n);

@@ -2,6 +2,48 @@
 
 namespace surflux {
 
+// Constants of the exchange of all pairs that trade error against seconds, in one place: no options, for no scene wants
+// others; `surflux bench --constants` turns each and shows what it trades.
+struct PairsTuning {
+    // Distances, over the larger surfel's extent, up to which the form factor of a pair is integrated over one of the
+    // two in closed form; up to which it is a small quadrature over both; and the latter where both are patches.
+    double mid_ratio = 3.5, far_ratio = 10.0, patches_far_ratio = 40.0;
+    // Shadow rays of a pair that is near, some diameters apart (of disks always one), and far; of one that exchanges
+    // much, so many times its form factor, up to as many; of one that a lamp is in; and so many times as many where
+    // patches see each other in part.
+    double near_rays = 16.0, mid_rays = 4.0, far_rays = 1.0;
+    double rays_per_factor = 256.0, most_rays = 64.0;
+    double lamp_rays = 16.0;
+    double more_rays = 8.0;
+    // Form factor above which a near pair's rays leave the smaller surfel as its light does, so many over its
+    // hemisphere: in contact, points spread over both would miss where light passes.
+    double large_factor = 0.1;
+    double hemisphere_rays = 128.0;
+    // How far the losses of disks follow their scale when rows are closed, and how far all else follows that of near
+    // pairs. Measured on a ball and in corners under lights and skies: from 0.1 to 0.3 all the same, and the error up
+    // to 2 times less than at 1.
+    double yield_of_disks = 0.1, yield_of_rest = 0.1;
+
+    // Calls visit(name, value) for each.
+    template <class Visit>
+    void for_each(const Visit& visit) {
+        visit("mid_ratio", mid_ratio);
+        visit("far_ratio", far_ratio);
+        visit("patches_far_ratio", patches_far_ratio);
+        visit("near_rays", near_rays);
+        visit("mid_rays", mid_rays);
+        visit("far_rays", far_rays);
+        visit("rays_per_factor", rays_per_factor);
+        visit("most_rays", most_rays);
+        visit("lamp_rays", lamp_rays);
+        visit("more_rays", more_rays);
+        visit("large_factor", large_factor);
+        visit("hemisphere_rays", hemisphere_rays);
+        visit("yield_of_disks", yield_of_disks);
+        visit("yield_of_rest", yield_of_rest);
+    }
+};
+
 // Constants of global refinement that trade error against seconds, in one place: no options, for no scene wants others;
 // `surflux bench --constants` turns each and shows what it trades.
 struct RefinementTuning {
@@ -38,6 +80,20 @@ struct RefinementTuning {
     double dim = 0.01;
     // Radius of the smallest surfel that is inserted, over that of the scene's (RMS by area): finer borders of shadows.
     double smallest_share = 0.0625;
+    // Where children of an inserted surfel stand before they repel each other, over its radius (c of D04 7.2); how
+    // often they move, from how many leaves around them, by which part of what those want; and how far they get, over
+    // its radius.
+    double spread_of_children = 0.3, repulsion_rounds = 5.0, repelling = 12.0, repulsion_step = 0.3;
+    double farthest_child = 0.75;
+    // Rows around one that has too much noise, by whose light its further rays are aimed.
+    double rows_around = 9.0;
+    // Times the rays that a node has, which it may get at once: then it is asked again.
+    double most_at_once = 4.0;
+    // Surfels of a group that are drawn and looked at for those at its corners, which are probed.
+    double drawn_leaves = 64.0;
+    // Particles for each surfel, from all that sends, which tell what lights places too dim for rays; and how many of
+    // those that arrive at a node its rays are aimed at, at most.
+    double particles_of_surfel = 32.0, most_aims = 64.0;
 
     // Calls visit(name, value) for each.
     template <class Visit>
@@ -59,6 +115,16 @@ struct RefinementTuning {
         visit("missed", missed);
         visit("dim", dim);
         visit("smallest_share", smallest_share);
+        visit("spread_of_children", spread_of_children);
+        visit("repulsion_rounds", repulsion_rounds);
+        visit("repelling", repelling);
+        visit("repulsion_step", repulsion_step);
+        visit("farthest_child", farthest_child);
+        visit("rows_around", rows_around);
+        visit("most_at_once", most_at_once);
+        visit("drawn_leaves", drawn_leaves);
+        visit("particles_of_surfel", particles_of_surfel);
+        visit("most_aims", most_aims);
     }
 };
 

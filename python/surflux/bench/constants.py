@@ -23,9 +23,11 @@ from surflux.solving.run import tuned
 SCENES = ("Cornell box", "three spheres", "statues")
 FACTORS = (0.5, 2.0)
 # And their constants: cpp/surflux/radiosity/tuning.h, cpp/surflux/meshless/tuning.h.
+PAIRS = "solve, pairs"  # of scenes as coarse as those are that solve() takes all pairs of by itself
 SOLVERS = {
     "solve": (partial(sf.solve, transport="rays"), _core.refinement_tuning),
     "solve_meshless": (sf.solve_meshless, _core.meshless_tuning),
+    PAIRS: (partial(sf.solve, transport="pairs"), _core.pairs_tuning),
 }
 MEASURED = 400  # surfels
 ROUNDS = 8  # of the reference
@@ -53,22 +55,41 @@ def measure(names, repeats, threads):
     seeds = range(max(LEAST_SEEDS, repeats))
     rows = []
     for name in names:
-        built = scenes.build(name)
-        truth = Truth(built.scene, with_areas(built.scene), MEASURED, exact=built.exact, threads=threads)
-        while built.exact is None and truth.rounds < ROUNDS:
-            truth.refine()
-        for solver, (solve, constants) in SOLVERS.items():
-            for constant, value in constants().items():
-                print(f"bench: {name}, {solver}, {constant}", file=sys.stderr)
-                # In turn with the constants as they are, for the load of the machine changes.
-                settings = [{}, *({constant: factor * value} for factor in FACTORS)]
-                turns = [
-                    [_solved(solve, built.scene, truth, tuning, seed, threads) for tuning in settings] for seed in seeds
-                ]
-                usual, *others = np.swapaxes(np.array(turns), 0, 1)
-                for factor, found in zip(FACTORS, others, strict=True):
-                    rows.append(Row(solver, name, constant, factor * value, *_changes(found, usual), len(seeds)))
+        whole = scenes.build(name)
+        for built, solvers in ((whole, SOLVERS.keys() - {PAIRS}), (_coarse(name, whole), {PAIRS})):
+            truth = _truth(built, threads)
+            for solver in SOLVERS:
+                if solver in solvers:
+                    rows += _of_solver(solver, name, built.scene, truth, seeds, threads)
     return rows
+
+
+def _coarse(name, built):
+    """The scene with no more surfels than solve() takes all pairs of by itself."""
+    density = 1.0
+    while (count := sum(len(s) for s in built.scene.objects)) > _core.PAIRS_UP_TO:
+        density *= min(0.9, np.sqrt(_core.PAIRS_UP_TO / count))
+        built = scenes.build(name, density)
+    return built
+
+
+def _truth(built, threads):
+    truth = Truth(built.scene, with_areas(built.scene), MEASURED, exact=built.exact, threads=threads)
+    while built.exact is None and truth.rounds < ROUNDS:
+        truth.refine()
+    return truth
+
+
+def _of_solver(solver, name, scene, truth, seeds, threads):
+    solve, constants = SOLVERS[solver]
+    for constant, value in constants().items():
+        print(f"bench: {name}, {solver}, {constant}", file=sys.stderr)
+        # In turn with the constants as they are, for the load of the machine changes.
+        settings = [{}, *({constant: factor * value} for factor in FACTORS)]
+        turns = [[_solved(solve, scene, truth, tuning, seed, threads) for tuning in settings] for seed in seeds]
+        usual, *others = np.swapaxes(np.array(turns), 0, 1)
+        for factor, found in zip(FACTORS, others, strict=True):
+            yield Row(solver, name, constant, factor * value, *_changes(found, usual), len(seeds))
 
 
 def _solved(solve, scene, truth, tuning, seed, threads):

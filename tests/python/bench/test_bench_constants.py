@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux import _core
 from surflux.bench import constants, scenes
 from surflux.cli import commands
 from surflux.solving.run import tuned
@@ -15,7 +16,11 @@ from surflux.solving.run import tuned
 @pytest.mark.slow
 def test_each_constant_is_halved_and_doubled(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scenes, "build", partial(scenes.build, density=0.5))
-    turned = {"solve": ("surfels_per_first_node", 500.0), "solve_meshless": ("least_rays", 128.0)}
+    turned = {
+        "solve": ("surfels_per_first_node", 500.0),
+        "solve_meshless": ("least_rays", 128.0),
+        "solve, pairs": ("lamp_rays", 16.0),
+    }
     for solver, (constant, value) in turned.items():
         solve, _ = constants.SOLVERS[solver]
         monkeypatch.setitem(constants.SOLVERS, solver, (solve, partial(dict, {constant: value})))
@@ -28,6 +33,8 @@ def test_each_constant_is_halved_and_doubled(monkeypatch, tmp_path, capsys):
         ("solve", "surfels_per_first_node", 1000.0),
         ("solve_meshless", "least_rays", 64.0),
         ("solve_meshless", "least_rays", 256.0),
+        ("solve, pairs", "lamp_rays", 8.0),
+        ("solve, pairs", "lamp_rays", 32.0),
     ]
     assert all(row["seeds"] == constants.LEAST_SEEDS and 0.0 < row["usual_error"] < 0.1 for row in rows)
     out = capsys.readouterr().out
@@ -78,6 +85,8 @@ def test_constants_count_within_the_block_alone(scene):
         ("solve", {"little": 0.0}, "tuning: wanted little above 0, got 0"),
         ("solve", {"little": np.nan}, "tuning: wanted little above 0, got nan"),
         ("solve", {"little": np.inf}, "tuning: wanted little above 0, got inf"),
+        ("solve, pairs", {"little": 1.0}, "tuning: wanted names of the solver's own constants"),
+        ("solve, pairs", {"near_rays": 0.0}, "tuning: wanted near_rays above 0, got 0"),
         ("solve_meshless", {"little": 1.0}, "tuning: wanted names of the solver's own constants"),
         ("solve_meshless", {"stricter": -1.0}, "tuning: wanted stricter above 0, got -1"),
     ],
@@ -94,3 +103,12 @@ def test_all_that_there_are_can_be_set(scene, solver):
     with tuned(known()):
         tuned_as_usual = solve(scene).irradiance
     assert np.array_equal(tuned_as_usual, solve(scene).irradiance)
+
+
+@pytest.mark.parametrize("name", ["three spheres", "Cornell box"])
+def test_pairs_are_turned_on_scenes_that_solve_takes_pairs_of(name):
+    whole = scenes.build(name)
+    coarse = constants._coarse(name, whole)
+    counts = [sum(len(s) for s in built.scene.objects) for built in (whole, coarse)]
+    assert counts[1] <= min(counts[0], _core.PAIRS_UP_TO)
+    assert counts[1] > 500
