@@ -19,6 +19,7 @@ _FARTHEST = 2.5  # rungs at once
 # The estimate at rung 0 in rooms, by which the first attempt goes, but no farther than _FIRST: much of what a solve
 # takes is the same for all rungs, so that one attempt is best.
 _TYPICAL, _FIRST = 0.03, 2.0
+_COARSEST = -1.5  # rung of the first attempt within a time, of 16 or 32 rays: a third of the seconds of rung 0
 _FINEST, _NO_MORE = "these are the finest settings", "finer settings gain nothing any more"
 _NO_GAIN = 0.1  # of an estimate: an attempt that takes off less than that a rung, of twice the seconds, is the last
 _CELLS, _MOST_PLACES = 16, 3  # to a side of the grid that tells where errors are
@@ -29,7 +30,7 @@ _AIM = 0.88  # of the error that is wanted: estimates have an error themselves
 class Ladder:
     """Settings of a solver from coarse to fine, by a number of rungs, which need not be whole.
 
-    settings: rung -> dict of the solver's own options; top: the highest rung.
+    settings: rung, from _COARSEST up -> dict of the solver's own options; top: the highest rung.
     """
 
     settings: Callable[[float], dict]
@@ -55,7 +56,7 @@ def solve_asked(ladder, attempt, error, seconds):
     attempt: (settings, deadline or None) -> (Solution, function that warns of it); raises Overdue where perf_counter()
         passes the deadline.
     """
-    begun, tried, rung = perf_counter(), [], 0.0
+    begun, tried, rung = perf_counter(), [], _COARSEST
     if seconds is None:
         rung = min(_FIRST, max(0.0, math.log2(_TYPICAL / (_AIM * error)) / _GAIN))
     best, coarser, why = None, None, None

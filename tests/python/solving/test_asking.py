@@ -116,6 +116,18 @@ def test_an_attempt_that_is_overdue_leaves_the_one_before(ladder):
     assert [math.isnan(entry["error"]) for entry in solution.attempts] == [False, True]
 
 
+def test_the_first_attempt_within_a_time_is_a_coarse_one(ladder):
+    attempt, rungs = attempts_of(lambda rung: 0.03 * 2.0**-rung)
+    solve_asked(ladder, attempt, None, 1000.0)
+    assert rungs[0] == -1.5
+
+
+@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+def test_the_first_attempt_within_a_time_has_few_rays(spheres, solver):
+    first = solver(spheres, seconds=1e-3).attempts[0]
+    assert first["rays"] == {sf.solve: 16, sf.solve_meshless: 32}[solver]
+
+
 def test_an_attempt_without_memory_leaves_the_one_before(ladder):
     def attempt(settings, deadline):
         if settings["fineness"] > 2.0:
