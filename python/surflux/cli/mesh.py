@@ -77,9 +77,7 @@ def patches_of_mesh(options, reflectance=None, mesh=None):
 
 
 def cut_to_tell(options, surfels):
-    """Surfels of the faces of a file, which `surfels` are, cut and turned as patches_of_mesh has them: so many tell what
-    is up.
-    """
+    """Patches of the faces of a file, which `surfels` are, as patches_of_mesh has them: so many tell what is up."""
     if options.up is not None:
         return surfels
     with file_named(options.input), warnings.catch_warnings():
