@@ -16,7 +16,7 @@ from surflux.pictures.inside import camera_inside, is_room_around, lies_around
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.depth_steps import without_steps
-from surflux.points.exposure import exposed_by, exposure_of_colors
+from surflux.points.exposure import exposed_by, exposure_of_colors, with_colors_beside
 from surflux.points.layers import is_terrain_of, layer_of, up_of_frame
 from surflux.points.properties import has_linear
 from surflux.points.reading import read, warn_of_faces
@@ -72,7 +72,9 @@ class Cloud:
         whole = whole.flipped() if options.normals == "flip" else whole
         by_colors = scan.reflectance is not None and not has_linear(scan.attributes, "reflectance")
         if by_colors and not options.raw_colors:
-            whole = exposed(whole)
+            rho = whole.reflectance
+            beside = with_colors_beside(whole.points, rho, "--raw-colors")
+            whole = exposed(whole if beside is rho else whole.replace(reflectance=beside))
         self._normals, self._whole = whole.normals, whole
         limit = options.thin or options.points or CLOUD_LIMIT
         self.surfels, rows = whole, used
