@@ -16,12 +16,12 @@ from surflux.pictures.inside import camera_inside, is_room_around, lies_around
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.depth_steps import without_steps
-from surflux.points.exposure import exposed_by, exposure_of_colors
+from surflux.points.exposure import exposed_by, exposure_of_colors, with_colors_beside
 from surflux.points.layers import is_terrain_of, layer_of, up_of_frame
 from surflux.points.properties import has_linear
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
-from surflux.points.standing import furniture_stands_along_y, stands_along_y
+from surflux.points.standing import why_y_is_up
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
@@ -72,7 +72,9 @@ class Cloud:
         whole = whole.flipped() if options.normals == "flip" else whole
         by_colors = scan.reflectance is not None and not has_linear(scan.attributes, "reflectance")
         if by_colors and not options.raw_colors:
-            whole = exposed(whole)
+            rho = whole.reflectance
+            beside = with_colors_beside(whole.points, rho, "--raw-colors")
+            whole = exposed(whole if beside is rho else whole.replace(reflectance=beside))
         self._normals, self._whole = whole.normals, whole
         limit = options.thin or options.points or CLOUD_LIMIT
         self.surfels, rows = whole, used
@@ -159,34 +161,39 @@ def exposed(surfels):
     return surfels if factor == 1.0 else surfels.replace(reflectance=exposed_by(factor, rho))
 
 
-def camera_of_cloud(options, surfels, scanner=None):
+def camera_of_cloud(options, surfels, scanner=None, *, finer=None):
     """The camera of the picture; what is up, where nobody says it, is that of a depth camera, of a statue, or z.
 
     Terrain is seen from the south, as a map has it; what lies all around its scanner (3,), as a room does, from there.
+    finer: Surfels of the same surface that tell what it is, where these are too few.
     """
-    kind = layer_of(surfels.points)
-    if options.up is None:
-        if kind == "frame" and np.mean(np.sum(surfels.points * surfels.normals, axis=1) < 0.0) < 0.5:
-            kind = None  # of what shows the origin its backs no camera there saw anything
-        if kind == "frame":
-            if options.eye is None:
-                return _camera_of_frame(options, surfels)
-        elif kind is None and stands_along_y(surfels):
-            options.up = (0.0, 1.0, 0.0)
-            LOG.info("y is taken for up: there, and on no side else, the body has a base (--up 0,0,1 for z)")
-        elif kind is None and len(surfels.triangles) and furniture_stands_along_y(surfels):
-            options.up = (0.0, 1.0, 0.0)
-            LOG.info("y is taken for up: there, and on no side else, things stand on a floor (--up 0,0,1 for z)")
-        else:
-            LOG.info("z is taken for up (--up 0,1,0 for y)")
-        if kind == "terrain":
-            return camera_of(options, surfels, framing(surfels, options.size, direction=_NORTH))
+    kind = _told_kind(options, surfels if finer is None else finer)
+    if kind == "frame" and options.up is None and options.eye is None:
+        return _camera_of_frame(options, surfels)
+    if kind == "terrain" and options.up is None:
+        return camera_of(options, surfels, framing(surfels, options.size, direction=_NORTH))
     scanner = np.zeros(3) if kind == "turn" else scanner
     scanner = scanner if options.viewpoint is None else np.asarray(options.viewpoint)
     if scanner is not None and options.eye is None and options.target is None and lies_around(surfels.points, scanner):
         LOG.info("the picture is seen from the scanner's place, for the points lie around it (--eye)")
         return camera_of(options, surfels, camera_inside(surfels.points, scanner, options.up or (0.0, 0.0, 1.0)))
     return camera_of(options, surfels, None)
+
+
+def _told_kind(options, surfels):
+    """What layer_of finds; where nobody says what is up and no layer does, --up becomes what is taken for it."""
+    kind = layer_of(surfels.points)
+    if options.up is not None:
+        return kind
+    if kind == "frame" and np.mean(np.sum(surfels.points * surfels.normals, axis=1) < 0.0) < 0.5:
+        kind = None  # of what shows the origin its backs no camera there saw anything
+    reason = why_y_is_up(surfels) if kind is None else None
+    if reason is not None:
+        options.up = (0.0, 1.0, 0.0)
+        LOG.info("y is taken for up: %s (--up 0,0,1 for z)", reason)
+    elif kind != "frame":
+        LOG.info("z is taken for up (--up 0,1,0 for y)")
+    return kind
 
 
 def _camera_of_frame(options, surfels):

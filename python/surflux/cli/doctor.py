@@ -16,7 +16,7 @@ from surflux.cli.cloud import camera_of_cloud
 from surflux.cli.doctor_points import facts_of_points, lines_of_points, up_text
 from surflux.cli.mesh import PATCHES, patches_of_mesh, take_up
 from surflux.cli.saying import error_lines
-from surflux.meshes.reading import GLTF, MESHES_ALONE, read_mesh
+from surflux.meshes.reading import MESHES_ALONE, read_mesh
 from surflux.scans.formats import format_of
 from surflux.solutions.solution_file import holds_solution
 
@@ -233,7 +233,7 @@ def _mesh(options, solve_options):
         "colors": mesh.reflectance is not None or mesh.of_faces is not None,
         "up": up,
         "solve": _expense(options, max(faces, PATCHES)),
-        "next": f"surflux solve {file}, or surflux view {file}{_up_of_view(options, up)}",
+        "next": f"surflux solve {file}, or surflux view {file}",
     }
     return result, [
         f"{options.input}: a mesh of {check.counted(len(mesh.vertices), 'vertex', 'vertices')}"
@@ -245,12 +245,6 @@ def _mesh(options, solve_options):
         *lines_of_mesh_scene(options.input, float(np.max(high - low)), up, shines),
         *_expense_lines(result["solve"]),
     ]
-
-
-def _up_of_view(options, up):
-    """The option for what is up, where `view` does not take it by itself."""
-    is_told = up[2] > 0.0 or Path(options.input).suffix.lower() in GLTF
-    return "" if is_told else f" --up {','.join(f'{v:g}' for v in up)}"
 
 
 def lines_of_mesh_scene(path, extent, up, shines):

@@ -63,8 +63,8 @@ def patches_of_mesh(options, reflectance=None, mesh=None):
         mesh, against = (mesh, 0) if normals in ("keep", "flip") else wound_alike(mesh)
         surfels = Surfels.from_mesh(mesh, None, reflectance, **how)
         if len(surfels) < PATCHES:
-            area, faces = surfels.areas.sum() / PATCHES, len(surfels)
-            surfels = Surfels.from_mesh(mesh, area, reflectance, **how)
+            faces = len(surfels)
+            surfels = Surfels.from_mesh(mesh, surfels.areas.sum() / PATCHES, reflectance, **how)
             cut = counted(len(surfels), "patch", "patches")
             LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", cut)
     if reflectance is None and np.all(surfels.reflectance == _GREY):
@@ -74,6 +74,16 @@ def patches_of_mesh(options, reflectance=None, mesh=None):
         words = "%d of %s %s wound against those beside, and %s turned over (--normals keep)"
         LOG.info(words, against, faces, verb, verb)
     return surfels.flipped() if normals == "flip" else _upwards(options, surfels, normals == "keep")
+
+
+def cut_to_tell(options, surfels):
+    """Patches of the faces of a file, which `surfels` are, as patches_of_mesh has them: so many tell what is up."""
+    if options.up is not None:
+        return surfels
+    with file_named(options.input), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # all was said when it was read to be shown
+        mesh, _ = wound_alike(read_mesh(options.input))
+        return Surfels.from_mesh(mesh, surfels.areas.sum() / PATCHES if len(surfels) < PATCHES else None)
 
 
 def _upwards(options, surfels, stays):

@@ -7,7 +7,8 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.warn import warn
-from surflux.cli.mesh import is_mesh, take_up
+from surflux.cli.cloud import camera_of_cloud
+from surflux.cli.mesh import cut_to_tell, is_mesh, take_up
 from surflux.cli.pictures import camera_of
 from surflux.drawing.plots import picture_path
 from surflux.points.reading import read_with_faces
@@ -86,7 +87,10 @@ def run(options):
     chosen = (options.eye, options.target, *(() if options.areas else (options.up, options.fov)))
     if options.pick is not None and options.areas:
         camera = None  # close to the surfel, unless told otherwise
-    if camera is not None or any(v is not None for v in chosen):
+    if isinstance(thing, sf.Surfels) and not options.areas:
+        finer = cut_to_tell(options, surfels) if is_mesh(options) else None
+        camera = camera_of_cloud(options, surfels, finer=finer)
+    elif camera is not None or any(v is not None for v in chosen):
         camera = camera_of(options, surfels, camera)
     if options.areas:
         path = surfels.plot_areas(

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from surflux import _core
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
 
@@ -9,6 +10,10 @@ from surflux._base.warn import warn
 _DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
 _HARDLY = 0.05  # a factor so close to 1 is none: what has white in it is exposed as far as it goes
 _MANY_BLACK = 0.01
+# Where black stands for no colour, hardly any point is nearly so: as bright as bytes of 25, of pictures black is the
+# end of that. Beside many black ones .02 as many are in a fragment of a room that lacks colours.
+_NEARLY, _HARDLY_ANY = 0.01, 0.1
+_AROUND = 8  # points that lend one a colour
 
 
 def warn_of_black(name, colors):
@@ -20,7 +25,33 @@ def warn_of_black(name, colors):
 def warn_of_so_many_black(name, black, count):
     """Warns where `black` of `count` colours are many: most files write black where they have none."""
     if _MANY_BLACK * count < black < count:
-        warn(f"{name}: {black} of {count} colours are black (0, 0, 0), as where a scan has none: they reflect nothing")
+        warn(f"{name}: {black} of {count} colours are black (0, 0, 0), as where a scan has none, and reflect nothing")
+
+
+def with_colors_beside(points, reflectance, raw):
+    """Reflectance (n, 3) where many of points (n, 3) are black and hardly any nearly so, as where a scan has no colour:
+    these take the colours beside them, from the rims inwards. Others' is as it is. raw: see exposure_of_colors.
+    """
+    brightest = reflectance.max(axis=1, initial=0.0)
+    black = brightest == 0.0
+    many = int(np.count_nonzero(black))
+    nearly = np.count_nonzero(brightest < _NEARLY) - many
+    if not _MANY_BLACK * len(points) < many < len(points) or nearly > _HARDLY_ANY * many:
+        return reflectance
+    rows = np.flatnonzero(black)
+    near = _core.nearest_points(np.ascontiguousarray(points), min(_AROUND + 1, len(points)))[rows]
+    out = np.where(black[:, None], reflectance[~black].mean(axis=0), reflectance)  # of those that only black is near
+    while len(rows):
+        weights = (~black[near]).astype(np.float64)
+        reached = weights.any(axis=1)
+        if not np.any(reached):
+            break
+        lent = np.einsum("ij,ijk->ik", weights[reached], out[near[reached]])
+        out[rows[reached]] = lent / weights[reached].sum(axis=1)[:, None]
+        black[rows[reached]] = False
+        rows, near = rows[~reached], near[~reached]
+    LOG.info("%d points that are black, hardly any being nearly so, have the colours beside them (%s: none)", many, raw)
+    return out
 
 
 def exposure_of_colors(mean, bright, raw):

@@ -16,6 +16,18 @@ _LEAST, _CLEAR = 0.04, 1.4
 # walls of what stands there; how much of the side the floor covers; areas of walls that touch it, over that of the
 # side, and over the largest of other sides: .27 and none in Cornell's box.
 _WALL, _TOUCHES, _UPRIGHT, _FLOOR, _STANDING, _CLEARLY = 0.03, 0.1, 0.3, 0.5, 0.05, 3.0
+_OPEN = 0.1  # of a side of the bounding box: covered by less, it has no wall
+
+
+def why_y_is_up(surfels):
+    """Why y is taken for up, in words; None where nothing tells, and z is."""
+    if stands_along_y(surfels):
+        return "there, and on no side else, the body has a base"
+    if len(surfels.triangles) and furniture_stands_along_y(surfels):
+        return "there, and on no side else, things stand on a floor"
+    if len(surfels.triangles) and lamps_hang_along_y(surfels):
+        return "there lamps hang at a ceiling, and along z the room is open"
+    return None
 
 
 def stands_along_y(surfels):
@@ -56,21 +68,61 @@ def furniture_stands_along_y(surfels):
 
     A floor and a ceiling alone tell nothing: two walls look the same.
     """
-    if len(surfels) < _FEW or surfels.areas is None:
+    room = _Room.of(surfels)
+    if room is None:
         return False
-    points, normals, areas = surfels.points, surfels.normals, surfels.areas
-    low, high = surfels.bounds
-    if not np.all(high > low):
-        return False
-    places = (points - low) / (high - low)
-    is_inside = (places > _WALL) & (places < 1.0 - _WALL)
     standing = {}
     for axis in range(3):
-        across = np.prod(np.delete(high - low, axis))
-        walls = np.delete(is_inside, axis, axis=1).all(axis=1) & (np.abs(normals[:, axis]) < _UPRIGHT)
+        walls = np.delete(room.is_inside, axis, axis=1).all(axis=1) & (np.abs(room.normals[:, axis]) < _UPRIGHT)
         for up in (1, -1):
-            height = places[:, axis] if up > 0 else 1.0 - places[:, axis]
-            standing[axis, up] = areas[walls & (height < _TOUCHES)].sum() / across
-    floor = areas[(places[:, 1] < _WALL) & (normals[:, 1] > 1.0 - _UPRIGHT)].sum() / np.prod((high - low)[[0, 2]])
+            standing[axis, up] = room.share(axis, walls & (room.height(axis, up) < _TOUCHES))
     along_y = standing.pop((1, 1))
-    return floor > _FLOOR and along_y > max(_STANDING, _CLEARLY * max(standing.values()))
+    return room.wall(1, 1) > _FLOOR and along_y > max(_STANDING, _CLEARLY * max(standing.values()))
+
+
+def lamps_hang_along_y(surfels):
+    """Whether what shines in a room, a mesh, hangs at a ceiling over a floor along y, and z has no ceiling or no floor.
+
+    An empty room that shows its inside is open to one side, hardly ever to the one where its lamps are.
+    """
+    room = _Room.of(surfels)
+    power = 0.0 if room is None else room.areas * surfels.emission.mean(axis=1)
+    if not np.any(power):
+        return False
+    x, y, z = np.average(room.places, axis=0, weights=power)
+    hangs = y > 1.0 - _TOUCHES and all(_TOUCHES < v < 1.0 - _TOUCHES for v in (x, z))
+    is_open = min(room.wall(2, 1), room.wall(2, -1)) < _OPEN
+    return bool(hangs and is_open and min(room.wall(1, 1), room.wall(1, -1)) > _FLOOR)
+
+
+class _Room:
+    """A mesh within its bounding box.
+
+    Attributes:
+        places: (n, 3) from 0 to 1 along the sides of the box.
+        is_inside: (n, 3) booleans: away from both walls across an axis.
+    """
+
+    @classmethod
+    def of(cls, surfels):
+        """None of what is too little, no mesh, or flat."""
+        low, high = surfels.bounds if len(surfels) >= _FEW and surfels.areas is not None else (0.0, 0.0)
+        return cls(surfels, low, high) if np.all(high > low) else None
+
+    def __init__(self, surfels, low, high):
+        self.normals, self.areas, self._size = surfels.normals, surfels.areas, high - low
+        self.places = (surfels.points - low) / self._size
+        self.is_inside = (self.places > _WALL) & (self.places < 1.0 - _WALL)
+
+    def height(self, axis, up):
+        """(n,) over the lowest, where an axis or its opposite (up -1) is up."""
+        return self.places[:, axis] if up > 0 else 1.0 - self.places[:, axis]
+
+    def share(self, axis, some):
+        """The area of some, over that of the side of the box across an axis."""
+        return self.areas[some].sum() / np.prod(np.delete(self._size, axis))
+
+    def wall(self, axis, up):
+        """How much of the lowest side is covered by what faces inwards there."""
+        faces = up * self.normals[:, axis] > 1.0 - _UPRIGHT
+        return self.share(axis, faces & (self.height(axis, up) < _WALL))

@@ -80,6 +80,23 @@ def test_meshes_and_the_faces_of_ply(run):
     assert "warning: quad.ply: has 1 face, left out, as its points are shown: --mesh shows the faces\n" in err
 
 
+def test_what_is_up_of_a_mesh_is_what_solve_takes(run):
+    """An empty room that is open along z, with a lamp below its ceiling along y."""
+    corners = "\n".join(f"v {x} {y} {z}" for z in (-1, 1) for y in (-1, 1) for x in (-1, 1))
+    lamp = "\nusemtl lamp\n" + "\n".join(f"v {x} 0.99 {z}" for x, z in ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2)))
+    Path("room.mtl").write_text("newmtl wall\nKd .5 .5 .5\nnewmtl lamp\nKe 9 9 9\n")
+    walls = "\nusemtl wall\nf 1 2 4 3\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4"
+    Path("room.obj").write_text(f"mtllib room.mtl\n{corners}{walls}{lamp}\nf 9 10 11\n")
+    pictures = {}
+    for name, up in (("told.png", []), ("y.png", ["--up", "0,1,0"]), ("z.png", ["--up", "0,0,1"])):
+        status, _, err = run("room.obj", "--screenshot", name, "--size", "160x120", *up)
+        assert status == 0, err
+        assert ("y is taken for up: there lamps hang at a ceiling" in err) == (not up)
+        pictures[name] = picture(name)
+    assert (pictures["told.png"] == pictures["y.png"]).all()
+    assert (pictures["told.png"] != pictures["z.png"]).any()
+
+
 @pytest.mark.slow
 def test_how_it_looks_is_chosen(run):
     base = ("red.toml", "--screenshot", "a.png", "--size", "200x160")

@@ -56,6 +56,23 @@ def test_flying_pixels_are_left_out_and_change_nothing_else(share):
     assert off(found.points[right], disparity[kept][right]) < 0.1
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_spots_that_are_off_alike_lie_on_their_wall(seed):
+    """Neighbours share what a camera takes a disparity from: a wall had bumps of up to two steps, with their shadows."""
+    d, rng = rays(320, 240), np.random.default_rng(seed)
+    disparity = 0.35 + 0.03 * d[:, 0] + 0.02 * d[:, 1]
+    noise, is_spot = rng.uniform(-0.6, 0.6, len(d)), np.zeros(len(d), bool)
+    for place in d[rng.choice(len(d), 40, replace=False)]:
+        spot = np.hypot(*(d - place)[:, :2].T) < 3.5 / 320
+        noise[spot], is_spot = rng.uniform(1.4, 1.9), is_spot | spot
+    measured = STEP * np.round(disparity / STEP + noise)
+    found = sf.Scan(d / measured[:, None], attributes={"label": np.arange(len(d))}).without_depth_steps()
+    kept = found.attributes["label"]
+    there = is_spot[kept]
+    assert off(found.points[there], disparity[kept][there]) < 0.5
+    assert off(found.points[~there], disparity[kept][~there]) < 0.15
+
+
 def test_a_stray_far_off_the_picture_changes_nothing():
     points, disparity = room()
     found = sf.Scan(np.vstack([points, [[5.0, 5.0, 0.005]]])).without_depth_steps()

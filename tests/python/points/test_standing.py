@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.standing import furniture_stands_along_y, stands_along_y
+from surflux.points.standing import furniture_stands_along_y, lamps_hang_along_y, stands_along_y, why_y_is_up
 
 # z up becomes: itself, y up, and x up, y and z down.
 TURNS = {
@@ -73,10 +73,25 @@ def test_a_room_stands_along_y_where_its_furniture_does(furnished):
     assert found == (["y"] if furnished else [])
 
 
+@pytest.mark.parametrize("shines", [True, False])
+def test_an_empty_room_stands_along_y_where_its_lamp_hangs(shines):
+    corners, faces = room(furnished=False)
+    lamp = [[1.5, 2, 2.98], [1.5, 3, 2.98], [2.5, 3, 2.98], [2.5, 2, 2.98]]
+    corners, faces = np.concatenate([corners, lamp]), [*faces, [8, 9, 10, 11]]
+    found = []
+    for up, turn in TURNS.items():
+        emission = [0.0] * 5 + [float(shines)]
+        surfels = sf.Surfels.from_mesh((corners @ turn.T, faces), patch_area=0.02, emission=emission)
+        found += [up] if lamps_hang_along_y(surfels) else []
+        assert (why_y_is_up(surfels) is not None) == (up in found)
+    assert found == (["y"] if shines else [])
+
+
 @pytest.mark.scans
-def test_cornells_box_stands_along_y(scans):
-    path = scans / "scenes" / "cornell_mcguire" / "CornellBox-Original.obj"
-    assert furniture_stands_along_y(sf.Surfels.from_mesh(path, patch_area=0.001))
+@pytest.mark.parametrize("name", ["Original", "Sphere", "Water", "Empty-CO", "Empty-RG", "Empty-Squashed"])
+def test_cornells_box_stands_along_y(scans, name):
+    path = scans / "scenes" / "cornell_mcguire" / f"CornellBox-{name}.obj"
+    assert why_y_is_up(sf.Surfels.from_mesh(path, patch_area=0.002)) is not None
 
 
 @pytest.mark.scans
