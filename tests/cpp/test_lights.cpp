@@ -69,6 +69,9 @@ TEST(NormalCone, HasNoLightFromBehind) {
             cone.height = std::max(cone.height, dot(normals[j], cone.center - places[j]));
         }
         for (const auto& light : emitters_of(lights)) {
+            double kernels[5];
+            light->kernels_at(places.data(), normals.data(), 5, kernels);
+            for (std::size_t j = 0; j < 5; ++j) EXPECT_EQ(kernels[j], light->kernel_at(places[j], normals[j])) << k;
             if (!light->is_behind(cone)) continue;
             ++behind;
             for (std::size_t j = 0; j < 5; ++j) EXPECT_EQ(light->kernel_at(places[j], normals[j]), 0.0) << k;

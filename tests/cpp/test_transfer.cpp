@@ -177,6 +177,39 @@ TEST(GroupLight, WallsPartGroupsThatShareARay) {
     }
 }
 
+// A lamp close over a corner of the ground: what walls make of the rest would send hardly any of what a ray stands for.
+TEST(GroupLight, RaysOfLittleLightAreDrawnAndCountForOthers) {
+    const ClosedHouse house(40);
+    const Surfels& s = house.surfels();
+    const SurfelPoints points(s);
+    const SenderGroups groups = house.groups(s.size(), 5);
+    const SenderSamples samples = sample_senders(house.compiled.scene(), points, s.areas, groups, 4, 7);
+    const std::vector<float> white(colors * groups.size(), 1.0f);
+    const GroupLight light(house.compiled, groups, samples, points, s.areas);
+    const std::vector<Light> lamp{PointLight{{0.9, 0.9, 0.1}, {1, 1, 1}}};
+    const std::vector<float> wanted = light.irradiance(lamp, white, {1u << 20, 0});
+    constexpr int seeds = 200;
+    double sum = 0.0, all = 0.0;
+    int for_others = 0;
+    for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+        const std::vector<float> found = light.irradiance(lamp, white, {200, seed});
+        for (std::uint32_t i = 0; i < house.of_ground(40); ++i) {
+            const std::size_t k = colors * groups.leaf_of_surfel[i];
+            const bool is_inside = ClosedHouse::is_inside(s.positions[i]);
+            EXPECT_TRUE(found[k] == 0.0f || !is_inside);
+            const double distance = length(Vec3{0.9, 0.9, 0.1} - s.positions[i]);
+            const double free = 0.1 / (distance * distance * distance);
+            EXPECT_LE(found[k], 4.4 * free);
+            for_others += found[k] > 1.5 * free;
+            if (!(s.positions[i].x < ClosedHouse::x0)) continue;
+            sum += static_cast<double>(found[k]);
+            all += static_cast<double>(wanted[k]);
+        }
+    }
+    EXPECT_GT(for_others, 10 * seeds);
+    EXPECT_NEAR(sum / all, 1.0, 0.03);
+}
+
 TEST(SenderGroups, NoneHasBothSidesOfAWall) {
     // Of 16 and 32 surfels in the mean, where the floor of the house is two of them.
     const ClosedHouse house(48, 1.5);

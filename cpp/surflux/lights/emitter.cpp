@@ -25,13 +25,17 @@ constexpr double close = 4.0;      // times the radius of what is lit, below whi
 struct PointEmitter : Emitter {
     explicit PointEmitter(const PointLight& light) : position(light.position) { color = light.intensity; }
     Arrival arrival(const Vec3& point, const Vec3& normal, double, double) const override {
-        const Vec3 d = position - point;
-        const double squared = length_squared(d);
-        const double facing = dot(normal, d);
-        if (facing <= no_height(position, point, std::sqrt(squared))) return {position, 0.0};
-        return {position, share(-d) * facing / (squared * std::sqrt(squared))};
+        const double even = even_kernel(point, normal);
+        return {position, even > 0.0 ? share(point - position) * even : 0.0};
     }
     double kernel_at(const Vec3& point, const Vec3& normal) const final { return arrival(point, normal, 0, 0).kernel; }
+    // Of one that shines alike all around.
+    double even_kernel(const Vec3& point, const Vec3& normal) const {
+        const Vec3 d = position - point;
+        const double squared = length_squared(d), distance = std::sqrt(squared);
+        const double facing = dot(normal, d);
+        return facing <= no_height(position, point, distance) ? 0.0 : facing / (squared * distance);
+    }
     // The integral of cos / r^2 over a patch is its solid angle.
     double mean_kernel(const Receiver& r) const final {
         if (!r.is_patch()) return kernel_at(r.center, r.normal);
@@ -53,6 +57,14 @@ struct PointEmitter : Emitter {
     virtual double share(const Vec3&) const { return 1.0; }
     virtual double power(const Triangle& t) const { return solid_angle(position, t); }
     Vec3 position;
+};
+
+// For which nothing is asked by place.
+struct EvenPointEmitter final : PointEmitter {
+    using PointEmitter::PointEmitter;
+    void kernels_at(const Vec3* points, const Vec3* normals, std::size_t count, double* out) const override {
+        for (std::size_t k = 0; k < count; ++k) out[k] = even_kernel(points[k], normals[k]);
+    }
 };
 
 struct SpotEmitter final : PointEmitter {
@@ -277,7 +289,7 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
     std::vector<std::unique_ptr<Emitter>> out;
     for (const Light& light : lights) {
         const std::size_t known = out.size();
-        if (const auto* p = std::get_if<PointLight>(&light)) out.push_back(std::make_unique<PointEmitter>(*p));
+        if (const auto* p = std::get_if<PointLight>(&light)) out.push_back(std::make_unique<EvenPointEmitter>(*p));
         if (const auto* p = std::get_if<SpotLight>(&light)) out.push_back(std::make_unique<SpotEmitter>(*p));
         if (const auto* p = std::get_if<PhotometricLight>(&light))
             out.push_back(std::make_unique<PhotometricEmitter>(*p));

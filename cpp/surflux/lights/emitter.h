@@ -48,6 +48,10 @@ struct Emitter {
     virtual Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const = 0;
     // Mean of the kernel over the light, at one place.
     virtual double kernel_at(const Vec3& point, const Vec3& normal) const = 0;
+    // The same of several places.
+    virtual void kernels_at(const Vec3* points, const Vec3* normals, std::size_t count, double* out) const {
+        for (std::size_t k = 0; k < count; ++k) out[k] = kernel_at(points[k], normals[k]);
+    }
     // Mean of the kernel over the light and over the receiver.
     virtual double mean_kernel(const Receiver& receiver) const = 0;
     // Do few points of what lies within a sphere tell its mean kernel? Not close to the light, nor in a narrow beam.

@@ -52,11 +52,6 @@ double element_to_polygon(const Vec3& point, const Vec3& normal, const Vec3* cor
     return std::min(1.0, std::abs(sum) / (2.0 * pi));
 }
 
-double no_height(const Vec3& a, const Vec3& b, double length) {
-    const auto largest = [](const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
-    return 1e-12 * std::max(largest(a), largest(b)) + 1e-6 * length;
-}
-
 // Van Oosterom and Strackee (1983). Of a far triangle the product of its corners is the difference of nearly equal
 // numbers; that with its edges is the same, and is none.
 double solid_angle(const Vec3& eye, const Triangle& t) {

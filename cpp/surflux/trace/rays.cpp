@@ -58,6 +58,7 @@ void Tracer::Impl::closest(const Ray* rays, std::size_t count, Hit* hits) const 
     Query query{{}, this, rays};
     embree::init(query.context);
     for (std::size_t k = 0; k < count; ++k) {
+        fetch_ahead(rays, k, count);
         RTCRayHit hit;
         hit.ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
         hit.ray.id = static_cast<unsigned>(k);
@@ -73,6 +74,7 @@ void Tracer::Impl::free(const Ray* rays, std::size_t count, Bool* free) const {
     Query query{{}, this, rays, true};
     embree::init(query.context);
     for (std::size_t k = 0; k < count; ++k) {
+        fetch_ahead(rays, k, count);
         const double share = rays[k].to == no_surfel ? short_of_target : 1.0;
         RTCRay ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length * share);
         ray.id = static_cast<unsigned>(k);

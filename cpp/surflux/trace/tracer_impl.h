@@ -289,6 +289,7 @@ struct Tracer::Impl {
         if (query.but != no_object) return is_of(disks[hit.surfel], query.but);
         if (query.nearby) return is_strange(*query.nearby, hit);
         const Ray& ray = query.rays[id];
+        if (ray.from.surfel == hit.surfel) return true;
         if (is_amid(query, ray, hit)) return false;
         if (ignores(ray.from, hit) || is_over_surface(ray.from.surfel, hit)) return true;
         if (!query.segments) return false;
@@ -296,6 +297,13 @@ struct Tracer::Impl {
         return ray.to != no_surfel &&
                (hit.surfel == ray.to || disks[ray.to].twin == hit.surfel || backs_of.has(ray.to, hit.surfel) ||
                 (hit.is_disk && stands_off(ray.to, hit.surfel, hit.direction)));
+    }
+
+    // Asks for what the filters look up of the surfel that a ray leaves, while others before it are traced.
+    void fetch_ahead(const Ray* rays, std::size_t k, std::size_t count) const {
+        constexpr std::size_t ahead = 4;
+        if (k + ahead < count && rays[k + ahead].from.surfel != no_surfel)
+            __builtin_prefetch(&disks[rays[k + ahead].from.surfel].twin);
     }
 
     static void filter(const RTCFilterFunctionNArguments* arguments) {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
-#include <optional>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
@@ -18,12 +17,18 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t grain = 64;  // nodes whose rays are traced together
-constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3, end_stream = 0x6c4;
+constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3, end_stream = 0x6c4,
+                        drawn_stream = 0x6c5;
 constexpr int points_of_light = 64;  // of which one is to be over the horizon
 // Of a light that is wide beside its distance: so many times the rays, at most so many from a leaf, each to one of so
 // many points over the horizon.
 constexpr std::size_t more_rays = 4, most_wide = 64;
 constexpr int candidates = 2;
+// Walls make many groups that would send next to nothing. Of those that want less than `certain` of a ray some are
+// drawn, and count for the others (Russian roulette, Arvo and Kirk 1990): neighbours by turns, and mostly the same ones
+// while a lamp moves.
+constexpr double certain = 0.1, least_chance = 0.25, golden_section = 0.6180339887498949;
+constexpr std::size_t together = 16;  // places whose light is asked for at once
 
 }  // namespace
 
@@ -49,6 +54,7 @@ struct GroupLight::Unoccluded {
 struct GroupLight::Shot {
     std::uint32_t node;
     std::uint32_t rays;  // more than one of leaves alone
+    float weight;        // one over the chance of having been drawn
 };
 
 GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples,
@@ -86,14 +92,30 @@ double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& na
         __builtin_prefetch(&areas_[i]);
         __builtin_prefetch(&s.positions[i]);
         __builtin_prefetch(&s.normals[i]);
+        __builtin_prefetch(&s.radii[i]);
     });
+    // Some at a time.
+    std::uint32_t surfels[together];
+    Vec3 at[together], normals[together];
+    double kernels[together];
+    std::size_t count = 0;
+    const auto add = [&] {
+        light.kernels_at(at, normals, count, kernels);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint32_t i = surfels[k];
+            sum += areas_[i] * (light.is_even_in(at[k], s.radii[i])
+                                    ? kernels[k]
+                                    : light.mean_kernel({points_, i, i, at[k], normals[k], true}));
+        }
+        count = 0;
+    };
     for_lit(leaf, [&](std::uint32_t i) {
         all += areas_[i];
         if (narrow.of(light.index, i) != nullptr) return;
-        sum += areas_[i] * (light.is_even_in(s.positions[i], s.radii[i])
-                                ? light.kernel_at(s.positions[i], s.normals[i])
-                                : light.mean_kernel({points_, i, i, s.positions[i], s.normals[i], true}));
+        surfels[count] = i, at[count] = s.positions[i], normals[count] = s.normals[i];
+        if (++count == together) add();
     });
+    add();
     return all > 0.0 ? sum / all : 0.0;
 }
 
@@ -146,24 +168,29 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
     out.is_wide.assign(light.extended ? leaves * n : 0, 0);
     if (leaves > 0) out.from_all = light.arrival(samples_.position(0), samples_.normal(0), 0.5, 0.5).from;
     parallel_blocks(leaves, 256, [&](std::size_t begin, std::size_t end) {
+        std::vector<Vec3> at(n), normals(n);
+        std::vector<double> kernels(n);
         for (std::size_t leaf = begin; leaf < end; ++leaf) {
             if (light.is_behind(extents_[leaf].normals)) continue;
-            std::optional<EvenPoints> even;
-            if (light.extended) even.emplace(2, seed + light_stream, leaf);
-            double sum = 0.0;
-            for (std::size_t p = leaf * n; p < (leaf + 1) * n; ++p) {
-                const double* u = even ? even->next() : nullptr;
-                const Arrival arrival =
-                    light.arrival(samples_.position(p), samples_.normal(p), u ? u[0] : 0.5, u ? u[1] : 0.5);
-                if (narrow.of(light.index, samples_.samples[p].surfel) != nullptr) continue;
-                double kernel = arrival.kernel;
-                if (light.extended) {
+            for (std::size_t k = 0; k < n; ++k)
+                at[k] = samples_.position(leaf * n + k), normals[k] = samples_.normal(leaf * n + k);
+            if (light.extended) {
+                EvenPoints even(2, seed + light_stream, leaf);
+                for (std::size_t k = 0, p = leaf * n; k < n; ++k, ++p) {
+                    const double* u = even.next();
+                    const Arrival arrival = light.arrival(at[k], normals[k], u[0], u[1]);
                     out.from[p] = arrival.from;
-                    out.is_wide[p] = light.is_wide_at(samples_.position(p));
-                    if (out.is_wide[p]) kernel = light.kernel_at(samples_.position(p), samples_.normal(p));
+                    out.is_wide[p] = light.is_wide_at(at[k]);
+                    kernels[k] = out.is_wide[p] ? light.kernel_at(at[k], normals[k]) : arrival.kernel;
                 }
-                out.kernels[p] = static_cast<float>(kernel);
-                sum += kernel;
+            } else {
+                light.kernels_at(at.data(), normals.data(), n, kernels.data());
+            }
+            double sum = 0.0;
+            for (std::size_t k = 0, p = leaf * n; k < n; ++k, ++p) {
+                if (narrow.of(light.index, samples_.samples[p].surfel) != nullptr) continue;
+                out.kernels[p] = static_cast<float>(kernels[k]);
+                sum += kernels[k];
             }
             double mean = sum / static_cast<double>(n);
             if (!light.is_even_in(extents_[leaf].normals.center, extents_[leaf].radius) || out.shared.count(leaf) > 0) {
@@ -218,23 +245,34 @@ Vec3 GroupLight::end_of(const Emitter& emitter, std::size_t sample, Random& rand
 
 // A cut through the tree below which each node has a ray or, of leaves, more. Where a ray arrives on one side of a wall
 // says nothing of the other.
-std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays, bool across) const {
+std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays, bool across,
+                                               std::uint64_t seed) const {
     std::vector<Shot> out;
     const double all = groups_.size() > 0 ? static_cast<double>(light.power[0]) : 0.0;
     if (!(all > 0.0)) return out;
+    const double offset = Random(seed + drawn_stream).uniform();
+    const auto wanted_of = [&](std::uint32_t node) {
+        return static_cast<double>(rays) * static_cast<double>(light.power[node]) / all;
+    };
+    const auto fraction = [](double value) { return value - std::floor(value); };
     std::vector<std::uint32_t> open{0};
     while (!open.empty()) {
         const std::uint32_t k = open.back();
         open.pop_back();
         const SenderGroups::Node& node = groups_.nodes[k];
-        const double wanted = static_cast<double>(rays) * static_cast<double>(light.power[k]) / all;
+        const double wanted = wanted_of(k);
         if (wanted == 0.0) continue;
+        // Of what would share a ray but for a wall.
+        const bool is_part_of_one = node.parent != SenderGroups::none && wanted_of(node.parent) <= 1.0;
         if (node.is_leaf() || (wanted <= 1.0 && (across || !node.is_walled()))) {
             const std::size_t most = !node.is_leaf()                                 ? 1
                                      : wide_samples(light, of_leaves_.number[k]) > 0 ? most_wide
                                                                                      : samples_.of_leaf;
+            const double chance = is_part_of_one ? std::clamp(std::sqrt(wanted / certain), least_chance, 1.0) : 1.0;
+            if (chance < 1.0 && fraction(offset + golden_section * static_cast<double>(k)) >= chance) continue;
             out.push_back(
-                {k, static_cast<std::uint32_t>(std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most))});
+                {k, static_cast<std::uint32_t>(std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most)),
+                 static_cast<float>(1.0 / chance)});
         } else {
             open.push_back(node.child + 1);
             open.push_back(node.child);
@@ -281,7 +319,7 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
         const auto more = static_cast<double>(more_rays - 1) * wide_share(all);
         const std::vector<Shot> shots =
             plan(all, options.rays + static_cast<std::size_t>(more * static_cast<double>(options.rays)),
-                 options.shares_across);
+                 options.shares_across, options.seed);
         parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
             std::vector<std::size_t> samples;
             std::vector<Ray> rays;
@@ -303,7 +341,7 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
                 float arrived = 0.0f;
                 for (const std::size_t last = r + shots[k].rays; r < last; ++r) arrived += free[r] != 0 ? 1.0f : 0.0f;
                 if (arrived == 0.0f) continue;
-                const float share = arrived / static_cast<float>(shots[k].rays);
+                const float share = shots[k].weight * arrived / static_cast<float>(shots[k].rays);
                 for (below.assign(1, shots[k].node); !below.empty();) {
                     const std::uint32_t node = below.back();
                     below.pop_back();

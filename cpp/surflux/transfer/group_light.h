@@ -24,7 +24,8 @@ struct GroupLightOptions {
 // samples of a group or, where these are too few to tell it, over its surfels in closed form; which share of it arrives
 // is found by shadow rays from some of them, drawn by what they would have (a ratio estimator): the more rays, the more
 // of all light the group would send. Where that is less than a ray, groups that are neighbours in the tree share one,
-// so that what a ray says is never more than there may be; but not across walls (SenderGroups::Node::is_walled).
+// so that what a ray says is never more than there may be; but not across walls (SenderGroups::Node::is_walled): of
+// what these leave next to nothing, some groups are drawn and count for the others, which is right on the mean.
 class GroupLight {
 public:
     // `areas`: what of each surfel receives light. All must live as long.
@@ -53,7 +54,7 @@ private:
     double wide_share(const Unoccluded& light) const;
     std::size_t wide_samples(const Unoccluded& light, std::size_t leaf) const;
     Vec3 end_of(const Emitter& emitter, std::size_t sample, Random& random) const;
-    std::vector<Shot> plan(const Unoccluded& light, std::size_t rays, bool across) const;
+    std::vector<Shot> plan(const Unoccluded& light, std::size_t rays, bool across, std::uint64_t seed) const;
     void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
 
     const CompiledScene& scene_;
