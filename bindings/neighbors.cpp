@@ -86,16 +86,19 @@ void bind_neighbors(py::module_& module) {
     module.def(
         "estimate_normals",
         [](const Doubles& points, std::size_t neighbors, const std::optional<Doubles>& viewpoint,
+           const std::optional<py::array_t<bool, py::array::c_style | py::array::forcecast>>& wanted,
            const py::object& progress) {
             NormalOptions options;
             options.neighbors = neighbors;
             if (viewpoint) options.viewpoint = to_vec3(*viewpoint, "viewpoint");
+            if (wanted) options.wanted.assign(wanted->data(), wanted->data() + wanted->size());
             const std::vector<Vec3> p = to_vec3s(points, "points");
             const Progress report = to_progress(progress);
             const std::vector<Vec3> normals = without_gil([&] { return estimate_normals(p, options, report); });
             return to_array(normals);
         },
-        py::arg("points"), py::arg("neighbors"), py::arg("viewpoint"), py::arg("progress") = py::none());
+        py::arg("points"), py::arg("neighbors"), py::arg("viewpoint"), py::arg("wanted") = py::none(),
+        py::arg("progress") = py::none());
     module.def(
         "estimate_radii",
         [](const Doubles& points, const std::optional<Doubles>& normals, const py::object& progress) {

@@ -128,6 +128,23 @@ TEST(Normals, DoNotDependOnThreadsNorOnAnOffset) {
     for (std::size_t i = 0; i < all.size(); ++i) EXPECT_GT(dot(there[i], all[i]), 0.999);
 }
 
+TEST(Normals, ThoseWantedAreAsOfAll) {
+    const Cloud cloud = shell(3000, 1.0, 0.05);
+    std::vector<Vec3> points = cloud.points;
+    points.push_back(points[0]);  // wanted where it coincides with one that is not
+    NormalOptions options;
+    for (std::size_t i = 0; i < points.size(); ++i) options.wanted.push_back(i % 4 == 1 || i + 1 == points.size());
+    const std::vector<Vec3> all = estimate_normals(points, {}), some = estimate_normals(points, options);
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (options.wanted[i]) EXPECT_EQ(some[i], all[i]) << i;
+        different += !(some[i] == all[i]);
+    }
+    EXPECT_GT(different, 100u);  // of which the second fit is spared
+    options.wanted.pop_back();
+    EXPECT_THROW(estimate_normals(points, options), ArgumentError);
+}
+
 TEST(Normals, AreCancelledBesideTheirTwoFitsToo) {
     // Distances to neighbours come before the first fit, the spanning tree between the two: each takes as long as one,
     // so each has to ask, more than the once that a fit begins or ends with.

@@ -1,4 +1,5 @@
-"""Pictures of `surflux solve FILE` for all shared scans, statues and hard clouds, on one sheet; seconds are printed.
+"""Pictures of `surflux solve FILE` for all shared scans, statues and hard clouds, on one sheet; seconds are printed,
+on the clock and of all processors.
 
     SURFLUX_DATA=FOLDER python tests/support/scan_sheet.py sheet.png [NAME ...]
 
@@ -6,6 +7,7 @@ Names choose files that contain one of them. Needs matplotlib (surflux[bench]).
 """
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -14,13 +16,6 @@ from pathlib import Path
 
 FOLDERS = "scans", "statues", "hard"
 SUFFIXES = ".laz", ".las", ".e57", ".pcd", ".ply"
-# Whose points say y up, or, of depth cameras, look along z with y down.
-OPTIONS = {
-    "armadillo": ["--up", "0,1,0"],
-    "buddha": ["--up", "0,1,0"],
-    "bun": ["--up", "0,1,0"],
-    "dragon": ["--up", "0,1,0"],
-}
 SIZE = "480x360"
 
 
@@ -35,16 +30,15 @@ def main():
 
 def solved(path, folder):
     """(name, picture or None)."""
-    more = next((options for name, options in OPTIONS.items() if path.name.startswith(name)), [])
     image = folder / f"{path.stem}.png"
     command = [sys.executable, "-m", "surflux", "solve", str(path), "-o", str(folder / f"{path.stem}_lit.ply")]
-    begin = time.perf_counter()
-    found = subprocess.run([*command, "--image", str(image), "--size", SIZE, *more], capture_output=True, text=True)
-    seconds = time.perf_counter() - begin
-    print(f"{path.name}: {seconds:.0f} s {' '.join(more)}", flush=True)
+    begin, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    found = subprocess.run([*command, "--image", str(image), "--size", SIZE], capture_output=True, text=True)
+    seconds, used = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+    print(f"{path.name}: {seconds:.0f} s, {used:.0f} of processors", flush=True)
     notes = [line for line in found.stderr.splitlines() if " " in line.removeprefix("surflux: ")]
     print("  " + "\n  ".join(notes), flush=True)
-    return f"{path.name} {' '.join(more)}", image if image.exists() else None
+    return path.name, image if image.exists() else None
 
 
 def draw(out, found, columns=4):

@@ -21,6 +21,11 @@ constexpr double flat = 0.6;                  // RMS in steps of what is off a p
 constexpr double bent = 0.36;                 // the same of a window that a crease or a border may go through
 constexpr double some = 0.3, majority = 0.6;  // of the pixels of a window
 constexpr int majority_half_width = 6;
+// Of spots whose pixels are off alike, for neighbours share what their disparity is taken from.
+constexpr int spot_half_width = 12;
+constexpr double spot_follows = 2.5;  // steps off the plane around that their pixels are at most
+// Of the pixels beyond so much of the window, those that follow the plane: a bar goes through, 3 pixels wide by .91.
+constexpr double rim = 0.8, around_spots = 0.95;
 constexpr std::size_t fewest_around = 20, fewest_alike = 4;
 constexpr double deviations = 2.0;  // standard ones, of a confidence interval
 // Each pass goes on from what the one before found, which is off planes by so much less than what was measured.
@@ -85,7 +90,7 @@ public:
         out.clear();
         const auto [own_x, own_y] = place_of(pixels_[i]);
         const int x = own_x + shift.x, y = own_y + shift.y;
-        const int stride = std::max(1, half_width / across);
+        const int stride = (half_width + across - 1) / across;
         // Of other cells for each pixel: no pattern of them shows.
         const std::uint32_t random = static_cast<std::uint32_t>(i) * 2654435761u;
         const int first_x = static_cast<int>((random >> 8) % static_cast<std::uint32_t>(stride)) - half_width,
@@ -222,9 +227,11 @@ public:
     Smoothed operator()(std::size_t i) {
         const Pixel& from = picture_[i];
         Fit found;
-        if (of_most(i, found)) return {found.plane.middle};
+        if (of_most(i, majority_half_width, found) && moves(i, found) > follows && moves(i, found) <= level_follows)
+            return {found.plane.middle};
         Smoothed out{static_cast<double>(from.disparity)};
         bool any = false;
+        int widest = 0;
         double low = -1e300, high = 1e300;
         for (const int half_width : half_widths) {
             picture_.around(i, half_width, {}, near_);
@@ -247,12 +254,17 @@ public:
             if (!fits) continue;
             any = true;
             found = now;
+            widest = half_width;
             out.disparity = now.plane.middle;
         }
+        if (is_later() && widest < spot_half_width && of_most(i, spot_half_width, found) &&
+            found.rms <= flat * scale_ && moves(i, found) <= spot_follows && is_spot(from, found.plane))
+            out.disparity = found.plane.middle;
         return out;
     }
 
 private:
+    bool is_later() const { return scale_ < 1.0; }
     double least() const { return follows * scale_; }
     double moves(std::size_t i, const Fit& to) const { return std::abs(to.plane.middle - picture_.measured(i)); }
 
@@ -264,17 +276,30 @@ private:
                static_cast<std::size_t>(std::count_if(near_.begin(), near_.end(), goes)) < fewest_alike;
     }
 
-    // A pixel that is off the plane that most around it are of, by a few steps: of what is that narrow no such camera
-    // tells the depth.
-    bool of_most(std::size_t i, Fit& out) {
-        picture_.around(i, majority_half_width, {}, near_);
+    // The plane that most pixels around one are of, whatever it is of itself: of what is narrow, and off by a few
+    // steps, no such camera tells the depth.
+    bool of_most(std::size_t i, int half_width, Fit& out) {
+        picture_.around(i, half_width, {}, near_);
         if (near_.size() < fewest_around) return false;
         const auto middle = near_.begin() + static_cast<std::ptrdiff_t>(near_.size() / 2);
         std::nth_element(near_.begin(), middle, near_.end(),
                          [](const Pixel& a, const Pixel& b) { return a.disparity < b.disparity; });
         const Plane level{0.0, 0.0, static_cast<double>(middle->disparity)};
-        if (!follow(picture_[i], majority_half_width, level, level_follows, follows, out)) return false;
-        return out.share >= majority && out.rms <= flat && moves(i, out) > follows && moves(i, out) <= level_follows;
+        const double within = half_width == majority_half_width ? follows : least();
+        if (!follow(picture_[i], half_width, level, level_follows, within, out)) return false;
+        return out.share >= majority && out.rms <= flat;
+    }
+
+    // Is the plane all around what is off it?
+    bool is_spot(const Pixel& from, const Plane& plane) const {
+        std::size_t all = 0, follow = 0;
+        for (const Pixel& at : near_) {
+            const double away = std::hypot(static_cast<double>(at.u - from.u), static_cast<double>(at.v - from.v));
+            if (away < rim * picture_.side() * spot_half_width) continue;
+            ++all;
+            follow += std::abs(plane.off(from, at)) <= least();
+        }
+        return static_cast<double>(follow) >= around_spots * static_cast<double>(all);
     }
 
     // The plane of the window near another one: of what is within `within` of it at first, and of less and less.

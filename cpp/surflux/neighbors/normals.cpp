@@ -138,16 +138,18 @@ std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vec
     return normals;
 }
 
-// The fit once more, among neighbours that face the same way.
+// The fit of some places once more, among neighbours that face the same way.
 void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing, const PointIndex& index,
-            const std::vector<std::uint32_t>& looks, bool noisy, std::vector<Vec3>& normals, const Progress& progress) {
+            const std::vector<std::uint32_t>& looks, bool noisy, const std::vector<std::uint32_t>& some,
+            std::vector<Vec3>& normals, const Progress& progress) {
     const std::vector<Vec3> before = normals;
     parallel_blocks(
-        places.size(), 256,
+        some.size(), 256,
         [&](std::size_t begin, std::size_t end) {
             std::vector<Neighbor> near, group, others;
             SurfaceNormal surface_normal(places, spacing, noisy);
-            for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t k = begin; k < end; ++k) {
+                const std::uint32_t i = some[k];
                 const std::size_t neighbors = looks[i];
                 index.nearest(places[i], neighbors * 3 / 2, near);
                 group.clear();
@@ -156,8 +158,8 @@ void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing,
                     (n.index == i || dot(before[n.index], before[i]) > 0.5 ? group : others).push_back(n);
                 if (others.empty() && near.size() <= neighbors) continue;
                 // Too few fit anything: then the nearest of the others are better than none.
-                for (std::size_t k = 0; k < others.size() && 2 * group.size() < neighbors; ++k)
-                    group.push_back(others[k]);
+                for (std::size_t j = 0; j < others.size() && 2 * group.size() < neighbors; ++j)
+                    group.push_back(others[j]);
                 std::sort(group.begin(), group.end(), [](const Neighbor& a, const Neighbor& b) {
                     return a.distance != b.distance ? a.distance < b.distance : a.index < b.index;
                 });
@@ -167,6 +169,18 @@ void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing,
             }
         },
         progress);
+}
+
+// Places that one of the points wanted, or of all of them where that is empty, stands at.
+std::vector<std::uint32_t> places_of(const std::vector<char>& wanted, const std::vector<std::uint32_t>& of_point,
+                                     std::size_t places) {
+    std::vector<char> some(places, wanted.empty());
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        if (wanted[i]) some[of_point[i]] = true;
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t place = 0; place < places; ++place)
+        if (some[place]) out.push_back(place);
+    return out;
 }
 
 // Towards the viewpoint. Where it sees the surface edge on, a small error of the normal decides: there the neighbours
@@ -195,34 +209,38 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
                                    const Progress& progress) {
     require(points.size() >= 3, "normals: wanted at least 3 points to estimate them from, got ", points.size(),
             "; give normals");
+    require(options.wanted.empty() || options.wanted.size() == points.size(), "wanted: must be one for each of ",
+            points.size(), " points, or none, got ", options.wanted.size());
     const Progress asked = standing_at(0, 2 * points.size(), progress);
     auto [places, of_point] = distinct_places(points, asked);
     along_a_curve(places, of_point);
     std::size_t neighbors = std::max<std::size_t>(options.neighbors, 3);
     const PointIndex index(places, asked);
+    const std::vector<std::uint32_t> some = places_of(options.wanted, of_point, places.size());
+    const std::size_t total = places.size() + some.size();
     // Steps beside the two fits, which count as all of the work, say that they are there, and are cancelled.
     const auto still = [&](std::size_t at) -> Progress {
         if (!progress) return {};
-        return standing_at(at * points.size() / places.size(), 2 * points.size(), progress);
+        return standing_at(at * 2 * points.size() / total, 2 * points.size(), progress);
     };
     const std::vector<double> spacing = spacings(places, index, still(0));
     const bool noisy = are_noisy(places, spacing, index, neighbors);
     if (noisy) neighbors += neighbors / 2;
     NeighborGraph graph(places.size());
     std::vector<std::uint32_t> looks(places.size());
-    const auto half = [&](std::size_t before) -> Progress {
+    const auto fits = [&](std::size_t before) -> Progress {
         if (!progress) return {};
-        return [&, before](std::size_t done, std::size_t total) {
-            return progress((before + done) * points.size() / total, 2 * points.size());
+        return [&, before](std::size_t done, std::size_t) {
+            return progress((before + done) * 2 * points.size() / total, 2 * points.size());
         };
     };
-    std::vector<Vec3> normals = fitted_normals(places, spacing, index, neighbors, noisy, graph, looks, half(0));
+    std::vector<Vec3> normals = fitted_normals(places, spacing, index, neighbors, noisy, graph, looks, fits(0));
     if (options.viewpoint)
         face(*options.viewpoint, places, graph, normals);
     else
         orient_consistently(places, spacing, graph, normals, still(places.size()));
     graph = {};
-    refine(places, spacing, index, looks, noisy, normals, half(places.size()));
+    refine(places, spacing, index, looks, noisy, some, normals, fits(places.size()));
     std::vector<Vec3> out(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) out[i] = normals[of_point[i]];
     return out;

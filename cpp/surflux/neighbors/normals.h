@@ -12,6 +12,7 @@ namespace surflux {
 struct NormalOptions {
     std::size_t neighbors = 16;     // points of the local fit, the point itself included
     std::optional<Vec3> viewpoint;  // orient every normal towards it (a scanner)
+    std::vector<char> wanted;       // of points, or empty for all: others may have normals of the first fit alone
 };
 
 // Unit normals by a local fit (surface_normal.h), towards the viewpoint where one is given, else consistently and

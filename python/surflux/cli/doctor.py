@@ -14,7 +14,7 @@ from surflux._base.passes import LOG
 from surflux._base.summary import box_text
 from surflux.cli.cloud import camera_of_cloud
 from surflux.cli.doctor_points import facts_of_points, lines_of_points, up_text
-from surflux.cli.mesh import PATCHES, patches_of_mesh, take_up
+from surflux.cli.mesh import PATCHES, is_mesh, patches_of_mesh, take_up
 from surflux.cli.saying import error_lines
 from surflux.meshes.reading import MESHES_ALONE, read_mesh
 from surflux.scans.formats import format_of
@@ -46,6 +46,8 @@ def examined(options, limit, solve_options):
             result, lines = _mesh(options, solve_options)
         elif format_of(path) == "ply" and holds_solution(path):
             result, lines = _solution(options)
+        elif options.points is None and options.viewpoint is None and is_mesh(solve_options(["--", options.input])):
+            result, lines = _mesh(options, solve_options)
         else:
             result = {"kind": "points"} | facts_of_points(options, limit, solve_options)
             result["solve"] |= _expense(options, result["solve"]["surfels"])

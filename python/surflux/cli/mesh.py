@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from surflux import _core
 from surflux._base.check import counted
 from surflux._base.files import require_file
 from surflux._base.passes import LOG
@@ -25,15 +26,60 @@ PATCHES = 20_000
 _GREY = 0.5  # what faces reflect that have no colour
 _DARK = 0.01  # of the area
 FACES_DOWN = 0.9  # of a terrain's area: it is wound the other way
+# Vertices of a PLY file that may be points; in distances of theirs, were they even, how wide a face is that they do not
+# cover; and the share of the area of such faces from which on these are taken: of a sofa .24, of Sponza .9.
+_MANY, _FAR, _WIDE = 1000, 4.0, 0.12
+_NUMBERS_OF_POINTS = "points", "thin", "viewpoint"
+_FLAGS_OF_POINTS = "keep_outliers", "keep_steps", "raw_colors", "albedo", "strict"
 SUFFIXES = (".ply", ".glb", ".gltf", ".vtp")
 
 
 def is_mesh(options):
-    """Whether a command takes the faces of a file: of a mesh, and with --mesh of a PLY file."""
-    if options.mesh:
-        return True
+    """Whether a command takes the faces of a file: of a mesh, and of a PLY file with --mesh, or where its points do not
+    cover the faces, and nothing asks for points; that is said, and --mesh set.
+    """
     suffix = Path(options.input).suffix.lower().lstrip(".")
-    return suffix in MESHES or (suffix == "obj" and _has_faces(options.input))
+    if options.mesh is None and suffix == "ply" and not _asks_for_points(options):
+        share = wide_faces(options.input)
+        if share > _WIDE:
+            options.mesh = True
+            words = "faces are taken, not points alone, which lie too far apart on %s of the surface (--no-mesh)"
+            LOG.info(words, percent(share))
+    return bool(options.mesh) or suffix in MESHES or (suffix == "obj" and _has_faces(options.input))
+
+
+def _asks_for_points(options):
+    """Whether an option is for points alone, or what is written is."""
+    output = getattr(options, "output", None)
+    if output is not None and Path(output).suffix.lower() not in SUFFIXES:
+        return True
+    is_given = any(getattr(options, name, None) is not None for name in _NUMBERS_OF_POINTS)
+    return is_given or any(getattr(options, name, None) is True for name in _FLAGS_OF_POINTS)
+
+
+def wide_faces(path):
+    """The share of the area of a PLY file's faces that are far wider than its points are apart; 0 where it has few.
+
+    The vertices of such faces sample no surface: of scans that have faces it is .06 at most, once they are reduced.
+    """
+    try:
+        elements = _core.read_ply(path, [])["elements"]
+        if elements.get("patch", 0) or not elements.get("face", 0) or elements.get("vertex", 0) < _MANY:
+            return 0.0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = read_mesh(path)
+    except _core.FileError:  # said by whoever takes the file
+        return 0.0
+    first = mesh.offsets[:-1]
+    following = np.roll(mesh.indices, -1)
+    following[mesh.offsets[1:] - 1] = mesh.indices[first]
+    vertices = mesh.vertices - mesh.vertices.mean(axis=0)
+    begins, ends = vertices[mesh.indices], vertices[following]
+    widths = np.maximum.reduceat(np.linalg.norm(ends - begins, axis=1), first)
+    areas = 0.5 * np.linalg.norm(np.add.reduceat(np.cross(begins, ends), first, axis=0), axis=1)
+    area = areas.sum()
+    return areas[widths > _FAR * np.sqrt(area / len(vertices))].sum() / area if area > 0.0 else 0.0
 
 
 def _has_faces(path):

@@ -240,7 +240,8 @@ def _loudness_options(parser):
 
 
 def _mesh_option(parser):
-    parser.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
+    text = "take the faces of a PLY file, or its points (default: faces that are far wider than points are apart)"
+    parser.add_argument("--mesh", action=argparse.BooleanOptionalAction, default=None, help=text)
 
 
 def _normals_option(parser):

@@ -65,9 +65,12 @@ def _by_blocks(points, around, margin):
             near = around[np.all((around >= low) & (around <= high), axis=1)]
         both = np.concatenate([points[rows], near])
         part = told and _Part(told, k, len(blocks))
-        normals = _core.estimate_normals(both, min(neighbors, len(both) - 1), None, progress=part)
+        stretches = _stretches(both)
+        wanted = np.arange(len(both)) < len(rows)  # of others the fits are looked at in stretches alone
+        wanted[np.concatenate(stretches)] = True
+        normals = _core.estimate_normals(both, min(neighbors, len(both) - 1), None, wanted, progress=part)
         out[rows] = normals[: len(rows)]
-        apart.append(_apart(both, normals))
+        apart.append(_apart(both, normals, stretches))
     return out, np.mean(apart), len(blocks) > 1
 
 
@@ -91,11 +94,17 @@ def _blocks(points, rows, most):
     return [block for part in (order[:half], order[half:]) for block in _blocks(points, rows[part], most)]
 
 
-def _apart(points, normals):
+def _stretches(points):
+    """List of rows of some stretches along a curve through points (n, 3)."""
+    order = _core.morton_order(points)
+    begins = np.linspace(0, max(0, len(order) - _PIECE), _PIECES).astype(np.int64)
+    return [order[begin : begin + _PIECE] for begin in begins]
+
+
+def _apart(points, normals, stretches=None):
     """Degrees between normals of some places and of those beside them, on average."""
-    order, found = _core.morton_order(points), []
-    for begin in np.linspace(0, max(0, len(order) - _PIECE), _PIECES).astype(np.int64):
-        rows = order[begin : begin + _PIECE]
+    found = []
+    for rows in _stretches(points) if stretches is None else stretches:
         rows = rows[np.unique(points[rows], axis=0, return_index=True)[1]]
         if len(rows) > _BESIDE:
             beside = rows[_core.nearest_points(np.ascontiguousarray(points[rows]), _BESIDE + 1)[:, _BESIDE]]

@@ -16,6 +16,7 @@ _LEAST, _CLEAR = 0.04, 1.4
 # walls of what stands there; how much of the side the floor covers; areas of walls that touch it, over that of the
 # side, and over the largest of other sides: .27 and none in Cornell's box.
 _WALL, _TOUCHES, _UPRIGHT, _FLOOR, _STANDING, _CLEARLY = 0.03, 0.1, 0.3, 0.5, 0.05, 3.0
+_CENTRED = 0.002  # of the extent that the middle, and the lowest, are off the origin
 _OPEN = 0.1  # of a side of the bounding box: covered by less, it has no wall
 
 
@@ -27,6 +28,8 @@ def why_y_is_up(surfels):
         return "there, and on no side else, things stand on a floor"
     if len(surfels.triangles) and lamps_hang_along_y(surfels):
         return "there lamps hang at a ceiling, and along z the room is open"
+    if is_modelled_on_y(surfels):
+        return "a model has its lowest point at y = 0 and the origin in the middle of x and z"
     return None
 
 
@@ -93,6 +96,19 @@ def lamps_hang_along_y(surfels):
     hangs = y > 1.0 - _TOUCHES and all(_TOUCHES < v < 1.0 - _TOUCHES for v in (x, z))
     is_open = min(room.wall(2, 1), room.wall(2, -1)) < _OPEN
     return bool(hangs and is_open and min(room.wall(1, 1), room.wall(1, -1)) > _FLOOR)
+
+
+def is_modelled_on_y(surfels):
+    """Whether a mesh begins at y = 0, and 0 is in the middle of its extents along x and z: whoever made it took the
+    floor beneath its middle for the origin.
+    """
+    if not len(surfels.triangles):
+        return False
+    corners = surfels.triangles.reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = high - low
+    off = np.array([low[0] + high[0], low[1], low[2] + high[2]])
+    return bool(np.all(size > 0.0) and np.all(np.abs(off) < _CENTRED * size))
 
 
 class _Room:

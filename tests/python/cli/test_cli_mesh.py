@@ -30,6 +30,36 @@ def test_faces_come_home_with_their_light(bowl, run):
     assert lit.cell_data["radiosity"] == pytest.approx(0.5 * lit.cell_data["irradiance"], rel=1e-5)
 
 
+@pytest.fixture
+def crate(here):
+    """A box of six faces beside a plate of many vertices, as .ply: points of the box are its corners alone."""
+    box = pyvista.Cube(clean=True)
+    plate = pyvista.Plane(i_size=0.2, j_size=0.2, i_resolution=39, j_resolution=39, center=(1, 0, 0))
+    box.merge(plate).extract_surface().save("crate.ply")
+    return "crate.ply"
+
+
+def test_faces_are_taken_whose_points_do_not_cover_them(crate, run):
+    """Disks of a sofa's vertices were as large as its seat."""
+    few = "--no-image", "--light", "sky", "--rays", 16, "-o"
+    for options, faces in (([], True), (["--no-mesh"], False), (["--thin", 1500], False), (["--keep-outliers"], False)):
+        status, out, err = run("solve", crate, *options, *few, "lit.ply")
+        assert status == 0, err
+        said = "faces are taken, not points alone, which lie too far apart on 99 % of the surface (--no-mesh)"
+        assert (said in err) == faces
+        assert ("points, as read" in out) != faces
+        assert ("left out because it is read as points" in err) != faces
+    assert "points, as read" in run("solve", crate, *few, "lit.csv")[1]
+    assert '"mesh"' in run("doctor", crate, "--json")[1]
+    assert '"points"' in run("doctor", crate, "--json", "--points", 1000)[1]
+
+
+def test_vertices_of_scans_stay_points(here, run):
+    pyvista.Sphere(theta_resolution=60, phi_resolution=60).save("ball.ply")
+    out = run("solve", "ball.ply", "--no-image", "--light", "sky", "--rays", 16)[1]
+    assert "points, as read" in out
+
+
 def test_the_ground_is_cut_where_a_mesh_stands_on_it(bowl, run):
     """Nobody can be told to cut it who has no objects to name."""
     status, _, err = run("solve", "bowl.ply", "--mesh", "--ground", "-o", "lit.vtp", "--no-image", "--rays", 16)

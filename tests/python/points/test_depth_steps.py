@@ -58,7 +58,7 @@ def test_flying_pixels_are_left_out_and_change_nothing_else(share):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_spots_that_are_off_alike_lie_on_their_wall(seed):
-    """Neighbours share what a camera takes a disparity from: a wall had bumps of up to two steps, with their shadows."""
+    """Neighbours share what their disparity is taken from: a wall had bumps of up to two steps, with their shadows."""
     d, rng = rays(320, 240), np.random.default_rng(seed)
     disparity = 0.35 + 0.03 * d[:, 0] + 0.02 * d[:, 1]
     noise, is_spot = rng.uniform(-0.6, 0.6, len(d)), np.zeros(len(d), bool)

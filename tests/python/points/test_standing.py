@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.standing import furniture_stands_along_y, lamps_hang_along_y, stands_along_y, why_y_is_up
+from surflux.points.standing import (
+    furniture_stands_along_y,
+    is_modelled_on_y,
+    lamps_hang_along_y,
+    stands_along_y,
+    why_y_is_up,
+)
 
 # z up becomes: itself, y up, and x up, y and z down.
 TURNS = {
@@ -85,6 +91,24 @@ def test_an_empty_room_stands_along_y_where_its_lamp_hangs(shines):
         found += [up] if lamps_hang_along_y(surfels) else []
         assert (why_y_is_up(surfels) is not None) == (up in found)
     assert found == (["y"] if shines else [])
+
+
+def test_a_model_whose_origin_is_beneath_its_middle_stands_along_y():
+    """A table: no side of it is a base, and a floor that it stands on it has none."""
+    parts = [box_of((-1, -0.5, 0.7), (1, 0.5, 0.75), None)[0]]
+    parts += [box_of((x, y, 0), (x + 0.1, y + 0.1, 0.7), None)[0] for x in (-1, 0.9) for y in (-0.5, 0.4)]
+    sides = [[4, 5, 7, 6], [0, 2, 3, 1], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]
+    corners = np.concatenate(np.asarray(parts, float))
+    faces = [[k + 8 * part for k in face] for part in range(5) for face in sides]
+    for shift, wanted in (([0, 0, 0], ["y"]), ([0, 0, 0.1], []), ([0.1, 0, 0], [])):
+        moved = corners + shift
+        found = [up for up, turn in TURNS.items() if is_modelled_on_y(sf.Surfels.from_mesh((moved @ turn.T, faces)))]
+        assert found == wanted
+
+
+@pytest.mark.scans
+def test_a_sofa_stands_along_y(scans):
+    assert why_y_is_up(sf.Surfels.from_mesh(scans / "hard" / "sofa.ply")) is not None
 
 
 @pytest.mark.scans
