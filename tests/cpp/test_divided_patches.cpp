@@ -82,6 +82,36 @@ TEST(DividedPatches, AreWholeWhereNoWallStands) {
     EXPECT_EQ(parts_of_square({rectangle({0.5, -1, 0}, {10, 0, 1}, {0, 3, 0})}).size(), 0u) << "relief";
 }
 
+// From the corner of the square to (x, y), with fronts towards it or, as a solid has them, away from it.
+std::vector<std::vector<Vec3>> corner_of_a_house(double x, double y, bool inward, double gap = 0.0) {
+    std::vector<std::vector<Vec3>> out{rectangle({x, -1, 0}, {0, 1 + y - gap, 0}, {0, 0, 2}),
+                                       rectangle({x, y, 0}, {-1 - x, 0, 0}, {0, 0, 2})};
+    for (auto& wall : out)
+        if (inward) std::reverse(wall.begin(), wall.end());
+    return out;
+}
+
+TEST(DividedPatches, EndWhereWallsCloseOffAPartTogether) {
+    for (const double x : {0.25, 0.1, 0.04}) {
+        const auto parts = parts_of_square(corner_of_a_house(x, 0.25, true));
+        ASSERT_EQ(parts.size(), 3u) << x;
+        EXPECT_NEAR(parts[0], 0.25 * x, 1e-12);
+        EXPECT_EQ(parts_of_square(corner_of_a_house(x, 0.2, false)).size(), 0u) << "in a solid it is dark";
+        auto sheets = corner_of_a_house(x, 0.2, false);
+        for (const auto& wall : corner_of_a_house(x, 0.2, true)) sheets.push_back(wall);
+        EXPECT_EQ(parts_of_square(sheets).size(), 3u);
+        EXPECT_EQ(parts_of_square(corner_of_a_house(x, 0.2, true, 0.08)).size(), 0u) << "light goes through a door";
+        EXPECT_EQ(parts_of_square(corner_of_a_house(x, 5e-4 / x, true)).size(), 0u) << "too little";
+    }
+    // A house in the middle.
+    std::vector<std::vector<Vec3>> house;
+    const Vec3 corners[] = {{0.3, 0.4, 0}, {0.37, 0.4, 0}, {0.37, 0.45, 0}, {0.3, 0.45, 0}};
+    for (int k = 0; k < 4; ++k) house.push_back(rectangle(corners[k], {0, 0, 1}, corners[(k + 1) % 4] - corners[k]));
+    const auto parts = parts_of_square(house);
+    ASSERT_EQ(parts.size(), 5u);
+    EXPECT_NEAR(parts[0], 0.07 * 0.05, 1e-12);
+}
+
 TEST(DividedPatches, AreDividedOnceByFacesOfOneWall) {
     Random random(1, 0);
     std::vector<std::vector<Vec3>> faces;

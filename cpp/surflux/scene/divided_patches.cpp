@@ -12,6 +12,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/scene/box_tree.h"
+#include "surflux/scene/parting_walls.h"
 
 namespace surflux {
 
@@ -64,7 +65,7 @@ void PatchDivider::add_wall(const Vec3* corners, std::size_t count) {
     line.along = trace / sine;
     line.normal = cross(line.along, frame_.n);
     line.offset = dot(plane, corners[0] - middle_) / dot(plane, line.normal);
-    Interval run{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    Run run{{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}, true, false};
     for (std::size_t k = 0; k < count; ++k) {
         const Vec3 a = corners[k] - middle_, b = corners[(k + 1) % count] - middle_;
         const double at_a = dot(frame_.n, a), at_b = dot(frame_.n, b);
@@ -102,7 +103,7 @@ void PatchDivider::merge_lines() {
         if (angle < 0.0 || angle >= pi) {
             angle += angle < 0.0 ? pi : -pi;
             line.normal = -line.normal, line.along = -line.along, line.offset = -line.offset;
-            for (Interval& run : line.covered) run = {-run.high, -run.low};
+            for (Run& run : line.covered) run = {{-run.high, -run.low}, run.back, run.front};
         }
         const auto bin = [](double x) { return static_cast<std::int64_t>(std::floor(x + 0.3717)); };
         order.push_back({{bin(angle / one_plane), bin(line.offset / (one_plane * width))}, -line.length, k});
@@ -136,28 +137,30 @@ void PatchDivider::merge_lines() {
 }
 
 void PatchDivider::Line::join_runs() {
-    std::sort(covered.begin(), covered.end(), [](const Interval& a, const Interval& b) { return a.low < b.low; });
+    std::sort(covered.begin(), covered.end(), [](const Run& a, const Run& b) { return a.low < b.low; });
     std::size_t last = 0;
-    for (std::size_t k = 1; k < covered.size(); ++k)
-        if (covered[k].low <= covered[last].high)
-            covered[last].high = std::max(covered[last].high, covered[k].high);
+    for (std::size_t k = 1; k < covered.size(); ++k) {
+        Run &joined = covered[last], &run = covered[k];
+        if (run.low <= joined.high)
+            joined = {
+                {joined.low, std::max(joined.high, run.high)}, joined.front || run.front, joined.back || run.back};
         else
-            covered[++last] = covered[k];
+            covered[++last] = run;
+    }
     covered.resize(last + 1);
     length = 0.0;
-    for (const Interval& run : covered) length += run.high - run.low;
+    for (const Run& run : covered) length += run.high - run.low;
 }
 
 double PatchDivider::Line::within(const Interval& part) const {
     double sum = 0.0;
-    for (const Interval& run : covered)
-        sum += std::max(0.0, std::min(run.high, part.high) - std::max(run.low, part.low));
+    for (const Run& run : covered) sum += std::max(0.0, std::min(run.high, part.high) - std::max(run.low, part.low));
     return sum;
 }
 
 double PatchDivider::Line::overlap(const Line& other) const {
     double sum = 0.0;
-    for (const Interval& run : covered) sum += other.within(run);
+    for (const Run& run : covered) sum += other.within(run);
     return sum;
 }
 
@@ -187,23 +190,43 @@ bool PatchDivider::parts(const Polygon& polygon, double area, const Line& line) 
     return std::min(part, area - part) >= options_.least_share * area_;
 }
 
-// The line of which walls cover most, where they cover enough together; those that do not part the piece it forgets.
+// The line of which walls cover most, where they cover enough together, or of those that close off a part of it; those
+// that do not part the piece it forgets.
 const PatchDivider::Line* PatchDivider::best_line(Piece& piece) const {
-    const Line* best = nullptr;
-    double most = 0.0, all = 0.0;
-    std::size_t kept = 0;
-    for (const std::uint32_t k : piece.lines) {
-        const Line& line = lines_[k];
+    std::vector<double> covers;
+    for (std::size_t k = 0; k < piece.lines.size();) {
+        const Line& line = lines_[piece.lines[k]];
         const Interval across = chord(piece.corners, line);
-        double cover = line.within(across);
-        if (!(cover > 0.0) || !parts(piece.corners, piece.area, line)) continue;
-        piece.lines[kept++] = k;
-        cover /= across.high - across.low;
-        all += cover;
-        if (cover > most) most = cover, best = &line;
+        const double cover = line.within(across);
+        if (cover > 0.0 && parts(piece.corners, piece.area, line)) {
+            covers.push_back(cover / (across.high - across.low));
+            ++k;
+        } else {
+            piece.lines.erase(piece.lines.begin() + static_cast<std::ptrdiff_t>(k));
+        }
     }
-    piece.lines.resize(kept);
-    return all >= least_cover ? best : nullptr;
+    const auto longest = [&](const std::vector<std::uint32_t>& of) {
+        const auto shorter = [&](std::uint32_t a, std::uint32_t b) { return covers[a] < covers[b]; };
+        const auto most = std::max_element(of.begin(), of.end(), shorter);
+        return most == of.end() ? nullptr : &lines_[piece.lines[*most]];
+    };
+    if (std::accumulate(covers.begin(), covers.end(), 0.0) < least_cover) return longest(parting(piece));
+    std::vector<std::uint32_t> all(covers.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return longest(all);
+}
+
+// Of the lines of a piece, by their places there, those whose walls close off a part of it together.
+std::vector<std::uint32_t> PatchDivider::parting(const Piece& piece) const {
+    if (piece.lines.size() < 2) return {};
+    std::vector<WallRun> runs;
+    for (std::uint32_t k = 0; k < piece.lines.size(); ++k) {
+        const Line& line = lines_[piece.lines[k]];
+        const Vec3 foot = line.offset * line.normal;
+        for (const Run& run : line.covered)
+            runs.push_back({foot + run.low * line.along, foot + run.high * line.along, run.front, run.back, k});
+    }
+    return parting_walls(piece.corners, frame_.n, runs, slit_, options_.least_share * area_);
 }
 
 std::vector<std::vector<Vec3>> PatchDivider::pieces() {

@@ -34,7 +34,8 @@ struct DivisionOptions {
 // D0 discontinuity meshing (Heckbert 1992): parts a patch where walls stand on it. A patch has one value: with both
 // sides of a wall in it, light would leak from one to the other. A wall is a polygon that stands on the front of the
 // patch or goes through it, 12 degrees or more steep; faces in one plane are one wall. A piece is parted along a wall's
-// plane where walls run over half of its width or more, all together: round one that is shorter light finds its way.
+// plane where walls run over half of its width or more, all together: round one that is shorter light finds its way,
+// but for those that close a part off with others, as the corner of a house does.
 class PatchDivider {
 public:
     PatchDivider(const Vec3* corners, std::size_t count, const DivisionOptions& options = {});
@@ -54,11 +55,14 @@ private:
     struct Interval {
         double low, high;
     };
+    struct Run : Interval {
+        bool front, back;  // has it a front where the line's normal points, and behind that?
+    };
     // The trace of a wall's plane in that of the patch, dot(normal, p) = offset, and where along it walls stand.
     struct Line {
         Vec3 normal, along;
         double offset;
-        std::vector<Interval> covered;
+        std::vector<Run> covered;
         double length;  // of what is covered
 
         void join_runs();
@@ -77,6 +81,7 @@ private:
     Interval chord(const Polygon& polygon, const Line& line) const;
     bool parts(const Polygon& polygon, double area, const Line& line) const;
     const Line* best_line(Piece& piece) const;
+    std::vector<std::uint32_t> parting(const Piece& piece) const;
 
     DivisionOptions options_;
     const Vec3* given_;

@@ -67,3 +67,23 @@ def test_groups_end_at_walls(case):
     assert (inside := is_inside(solution.surfels)).sum() > 100
     assert solution.irradiance[inside].max() < 0.5
     assert solution.irradiance[~inside].max() > 500.0
+
+
+@pytest.mark.parametrize("seed", quick(0, of=range(3)))
+def test_corners_of_a_house_part_the_ground(seed):
+    """Each wall ran over a quarter of the patch at a corner, which stayed whole: 4 to 9 W/m2, of `solve` 194."""
+    scene, is_inside = house_on(12.0, 0.2)
+    sun = sf.DirectionalLight([0.5, 0.3, -1.0], 800.0)
+    relit = sf.precompute_transfer(scene, seed=seed).relight(sun)
+    for solution in (relit, sf.solve(sf.Scene(scene.objects, [sun]), seed=seed)):
+        assert (inside := is_inside(solution.surfels)).sum() > 100
+        assert solution.irradiance[inside].max() == 0.0
+
+
+def test_a_house_on_one_patch_parts_it():
+    """Its walls run over a third of the width of the ground together: it was as bright inside as outside."""
+    scene, is_inside = house_on(12.0, 700.0, turn=0.3)
+    sun = sf.DirectionalLight([0.5, 0.3, -1.0], 800.0)
+    solution = sf.solve(sf.Scene(scene.objects, [sun]))
+    assert (inside := is_inside(solution.surfels)).sum() > 5
+    assert solution.irradiance[inside].max() == 0.0
