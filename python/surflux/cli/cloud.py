@@ -1,6 +1,7 @@
 """A cloud as `surflux solve` takes it: read, cleaned, lit, and what was found taken home to the rows of its file."""
 
 import copy
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from surflux._base import check
 from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, watched
 from surflux.cli.pictures import camera_of
+from surflux.meshes.reading import read_mesh
 from surflux.pictures.framing import framing
 from surflux.pictures.inside import camera_inside, is_room_around, lies_around
 from surflux.points.arranging import thinned_with_rows
@@ -23,6 +25,7 @@ from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.standing import why_y_is_up
 from surflux.points.writing import pack_comments
+from surflux.scans.formats import format_of
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
 from surflux.scenes.studio import BACKDROP, clear_day, daylight, room_light, studio
@@ -32,6 +35,7 @@ from surflux.solutions.lit_points import light_at_points, save_lit, spread
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
 CLOUD_LIMIT = 1_000_000
 _KEPT = " (--keep-steps leaves them)", " (--keep-outliers keeps them)"
+_LOOSE = 0.1  # of the points of a file with faces may be in none: of the bunny as it was zipped .03
 _NORTH = 0.0, 1.0, -1.0  # and down: where the camera looks that terrain is seen by
 
 
@@ -66,6 +70,8 @@ class Cloud:
         if options.points is not None and count > 0 and scan.rows[-1] >= options.points:
             LOG.info("%d points are taken of the file, evenly, and written (--points; --thin writes all)", count)
         used, first, self.alone = cleaned(scan, options.keep_outliers)
+        if not options.keep_outliers:
+            used = _in_faces(options.input, scan, used, first, self.alone)
         orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
         seen, used = _without_steps(options, scan[used], used, self.alone)
         whole = seen.surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
@@ -121,6 +127,33 @@ class Cloud:
         elif not albedo:  # colours that are light are no reflectance to whoever reads them
             columns["reflectance"] = spread(rho, lit, count)
         return save_lit(self.scan, path, found, lit, places[1], self.alone, colors, columns, **more)
+
+
+def _in_faces(path, scan, rows, first, alone):
+    """Those of `rows` of a Scan at whose place, see first_of_each, a vertex of a face is, where the file has faces.
+
+    Others are marked in `alone`, and logged: programs that mesh scans leave a few points, of doubled layers. Where many
+    are in no face, they are points of their own.
+    """
+    if format_of(path) != "ply" or not _core.read_ply(path, [])["elements"].get("face", 0):
+        return rows
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # all was said when it was read
+            mesh = read_mesh(path)
+    except _core.FileError:  # of its faces, which are not taken
+        return rows
+    of_face = np.zeros(len(mesh.vertices), bool)
+    of_face[mesh.indices] = True
+    found = np.zeros(len(scan), bool)
+    np.logical_or.at(found, first, of_face[scan.rows])
+    loose = rows[~found[rows]]
+    if len(loose) == 0 or len(loose) > _LOOSE * len(scan):
+        return rows
+    many = check.counted(len(loose), "point")
+    LOG.info("in no face, left out of light and picture: %s of %d%s", many, len(scan), _KEPT[1])
+    alone[loose] = True
+    return rows[found[rows]]
 
 
 def _without_steps(options, scan, rows, alone):

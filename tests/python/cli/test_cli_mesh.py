@@ -54,10 +54,18 @@ def test_faces_are_taken_whose_points_do_not_cover_them(crate, run):
     assert '"points"' in run("doctor", crate, "--json", "--points", 1000)[1]
 
 
-def test_vertices_of_scans_stay_points(here, run):
-    pyvista.Sphere(theta_resolution=60, phi_resolution=60).save("ball.ply")
-    out = run("solve", "ball.ply", "--no-image", "--light", "sky", "--rays", 16)[1]
+def test_vertices_of_scans_stay_points_but_those_in_no_face(here, run):
+    """Which are left of layers that were merged: black spots on the bunny as it was zipped."""
+    ball = pyvista.Sphere(theta_resolution=60, phi_resolution=60)
+    points = np.vstack([ball.points, 0.98 * ball.points[:40], ball.points[50:60]])
+    pyvista.PolyData(points, faces=ball.faces).save("ball.ply")
+    ask = "solve", "ball.ply", "--no-image", "--light", "sky", "--rays", 16, "-o", "lit.ply"
+    _, out, err = run(*ask)
     assert "points, as read" in out
+    assert f"in no face, left out of light and picture: 40 points of {len(points)} (--keep-outliers keeps them)" in err
+    left_out = sf.read_scan("lit.ply").attributes["left_out"]
+    np.testing.assert_array_equal(np.flatnonzero(left_out), np.arange(ball.n_points, ball.n_points + 40))
+    assert "in no face" not in run(*ask, "--keep-outliers")[2]
 
 
 def test_the_ground_is_cut_where_a_mesh_stands_on_it(bowl, run):
