@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <utility>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
@@ -17,6 +18,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t grain = 64;  // nodes whose rays are traced together
+constexpr int levels_at_once = 7;  // of the tree, below which subtrees are planned side by side
 constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3, end_stream = 0x6c4,
                         drawn_stream = 0x6c5;
 constexpr int points_of_light = 64;  // of which one is to be over the horizon
@@ -84,17 +86,21 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
     });
 }
 
-// But what disks share.
-double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const {
+// What mean_over_surfels reads, while other leaves are seen to: to wait for each takes half of the time.
+void GroupLight::fetch_surfels(std::size_t leaf) const {
     const Surfels& s = scene_.scene().surfels;
-    double sum = 0.0, all = 0.0;
-    of_leaves_.for_leaf(leaf, [&](std::uint32_t i) {  // all at once: to wait for each takes half of the time
+    of_leaves_.for_leaf(leaf, [&](std::uint32_t i) {
         __builtin_prefetch(&areas_[i]);
         __builtin_prefetch(&s.positions[i]);
         __builtin_prefetch(&s.normals[i]);
         __builtin_prefetch(&s.radii[i]);
     });
-    // Some at a time.
+}
+
+// But what disks share.
+double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const {
+    const Surfels& s = scene_.scene().surfels;
+    double sum = 0.0, all = 0.0;
     std::uint32_t surfels[together];
     Vec3 at[together], normals[together];
     double kernels[together];
@@ -170,6 +176,16 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
     parallel_blocks(leaves, 256, [&](std::size_t begin, std::size_t end) {
         std::vector<Vec3> at(n), normals(n);
         std::vector<double> kernels(n);
+        std::vector<std::pair<std::size_t, double>> uneven;  // leaves, and the sums of their samples
+        const auto keep = [&](std::size_t leaf, double mean) {
+            const std::size_t node = groups_.leaves[leaf];
+            double reflected = 0.0;
+            for (int c = 0; c < 3; ++c)
+                reflected +=
+                    light.color[c] * static_cast<double>(reflectance[colors * node + static_cast<std::size_t>(c)]);
+            out.means[leaf] = static_cast<float>(mean);
+            out.power[node] = groups_.nodes[node].area * static_cast<float>(reflected) * out.means[leaf];
+        };
         for (std::size_t leaf = begin; leaf < end; ++leaf) {
             if (light.is_behind(extents_[leaf].normals)) continue;
             for (std::size_t k = 0; k < n; ++k)
@@ -192,18 +208,17 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
                 out.kernels[p] = static_cast<float>(kernels[k]);
                 sum += kernels[k];
             }
-            double mean = sum / static_cast<double>(n);
             if (!light.is_even_in(extents_[leaf].normals.center, extents_[leaf].radius) || out.shared.count(leaf) > 0) {
-                mean = mean_over_surfels(light, narrow, leaf);
-                if (mean > 0.0 && !(sum > 0.0)) find_beam(light, narrow, leaf, seed, out);
+                uneven.emplace_back(leaf, sum);
+                fetch_surfels(leaf);
+            } else {
+                keep(leaf, sum / static_cast<double>(n));
             }
-            const std::size_t node = groups_.leaves[leaf];
-            double reflected = 0.0;
-            for (int c = 0; c < 3; ++c)
-                reflected +=
-                    light.color[c] * static_cast<double>(reflectance[colors * node + static_cast<std::size_t>(c)]);
-            out.means[leaf] = static_cast<float>(mean);
-            out.power[node] = groups_.nodes[node].area * static_cast<float>(reflected) * out.means[leaf];
+        }
+        for (const auto& [leaf, sum] : uneven) {
+            const double mean = mean_over_surfels(light, narrow, leaf);
+            if (mean > 0.0 && !(sum > 0.0)) find_beam(light, narrow, leaf, seed, out);
+            keep(leaf, mean);
         }
     });
     for (std::size_t k = groups_.size(); k-- > 0;)
@@ -250,34 +265,52 @@ std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::siz
     std::vector<Shot> out;
     const double all = groups_.size() > 0 ? static_cast<double>(light.power[0]) : 0.0;
     if (!(all > 0.0)) return out;
-    const double offset = Random(seed + drawn_stream).uniform();
-    const auto wanted_of = [&](std::uint32_t node) {
-        return static_cast<double>(rays) * static_cast<double>(light.power[node]) / all;
-    };
+    const double offset = Random(seed + drawn_stream).uniform(), scale = static_cast<double>(rays) / all;
+    const auto wanted_of = [&](std::uint32_t node) { return scale * static_cast<double>(light.power[node]); };
     const auto fraction = [](double value) { return value - std::floor(value); };
-    std::vector<std::uint32_t> open{0};
-    while (!open.empty()) {
-        const std::uint32_t k = open.back();
-        open.pop_back();
+    const auto is_cut = [&](std::uint32_t k) {
+        const double wanted = groups_.nodes[k].is_leaf() ? 0.0 : wanted_of(k);
+        return wanted > 1.0 || (wanted > 0.0 && !across && groups_.nodes[k].is_walled());
+    };
+    const auto add = [&](std::uint32_t k, std::vector<Shot>& shots) {
         const SenderGroups::Node& node = groups_.nodes[k];
         const double wanted = wanted_of(k);
-        if (wanted == 0.0) continue;
+        if (wanted == 0.0) return;
         // Of what would share a ray but for a wall.
         const bool is_part_of_one = node.parent != SenderGroups::none && wanted_of(node.parent) <= 1.0;
-        if (node.is_leaf() || (wanted <= 1.0 && (across || !node.is_walled()))) {
-            const std::size_t most = !node.is_leaf()                                 ? 1
-                                     : wide_samples(light, of_leaves_.number[k]) > 0 ? most_wide
-                                                                                     : samples_.of_leaf;
-            const double chance = is_part_of_one ? std::clamp(std::sqrt(wanted / certain), least_chance, 1.0) : 1.0;
-            if (chance < 1.0 && fraction(offset + golden_section * static_cast<double>(k)) >= chance) continue;
-            out.push_back(
-                {k, static_cast<std::uint32_t>(std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most)),
-                 static_cast<float>(1.0 / chance)});
-        } else {
-            open.push_back(node.child + 1);
-            open.push_back(node.child);
+        const double chance = is_part_of_one ? std::clamp(std::sqrt(wanted / certain), least_chance, 1.0) : 1.0;
+        if (chance < 1.0 && fraction(offset + golden_section * static_cast<double>(k)) >= chance) return;
+        const std::size_t most = !node.is_leaf()                                 ? 1
+                                 : wide_samples(light, of_leaves_.number[k]) > 0 ? most_wide
+                                                                                 : samples_.of_leaf;
+        const auto count = std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most);
+        shots.push_back({k, static_cast<std::uint32_t>(count), static_cast<float>(1.0 / chance)});
+    };
+    // Subtrees side by side.
+    std::vector<std::uint32_t> tops{0};
+    for (int level = 0; level < levels_at_once; ++level) {
+        std::vector<std::uint32_t> below;
+        for (const std::uint32_t k : tops) {
+            const std::uint32_t child = groups_.nodes[k].child;
+            if (is_cut(k))
+                below.insert(below.end(), {child, child + 1});
+            else
+                below.push_back(k);
         }
+        tops.swap(below);
     }
+    std::vector<std::vector<Shot>> of_tops(tops.size());
+    parallel_for(tops.size(), 1, [&](std::size_t top) {
+        for (std::vector<std::uint32_t> open{tops[top]}; !open.empty();) {
+            const std::uint32_t k = open.back(), child = groups_.nodes[k].child;
+            open.pop_back();
+            if (is_cut(k))
+                open.insert(open.end(), {child + 1, child});
+            else
+                add(k, of_tops[top]);
+        }
+    });
+    for (const std::vector<Shot>& shots : of_tops) out.insert(out.end(), shots.begin(), shots.end());
     return out;
 }
 

@@ -50,6 +50,7 @@ private:
                          std::uint64_t seed, Unoccluded& out) const;
     void find_beam(const Emitter& light, const NarrowLight& narrow, std::size_t leaf, std::uint64_t seed,
                    Unoccluded& out) const;
+    void fetch_surfels(std::size_t leaf) const;
     double mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const;
     double wide_share(const Unoccluded& light) const;
     std::size_t wide_samples(const Unoccluded& light, std::size_t leaf) const;
