@@ -32,7 +32,7 @@ constexpr int least_rays = static_cast<int>(MeshlessTuning{}.least_rays);
 constexpr int check_rays = 128;           // that tell whether the basis is off at a surfel
 constexpr double most_own = 0.25;         // rows of such surfels, of as many as receivers have
 constexpr double little_sky = 0.5;        // RMS over the sphere: of what scenes see that see less, errors are shares
-constexpr std::size_t bounce_levels = 2;  // that lamps' light is reflected again by
+constexpr std::size_t bounce_levels = 3;  // that lamps' light is reflected again by
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
                         sky_stream = 0x4e6f, group_stream = 0x5f80;
 
@@ -243,19 +243,20 @@ private:
                 const auto j = static_cast<std::uint32_t>(from + k);
                 if (!receivers_.has(j)) continue;
                 const std::uint32_t row = receivers_.row(j);
-                double off = 0.0;
+                const float* values = received_.values.data() + row * n;
+                const auto is_off = [&](const float* by) {
+                    return test_->is_off(values, by, allowed, received_.variance[row]);
+                };
                 if (level > 0) {
-                    off = test_->mean_square(coefs.data() + j * n);
+                    chosen[k] = is_off(coefs.data() + j * n);
                 } else {
                     basis_.at_level(0, basis_.position(j), basis_.normal(j), basis_.object(j), near);
                     for (const BasisWeight& w : near) {
                         const std::uint32_t other = receivers_.row(w.function);
-                        for (std::size_t c = 0; c < n; ++c)
-                            difference[c] = received_.values[row * n + c] - received_.values[other * n + c];
-                        off = std::max(off, test_->mean_square(difference.data()));
+                        for (std::size_t c = 0; c < n; ++c) difference[c] = values[c] - received_.values[other * n + c];
+                        if ((chosen[k] = is_off(difference.data()))) break;
                     }
                 }
-                chosen[k] = RowTest::is_off(off, allowed, received_.variance[row]);
             }
         });
         std::vector<std::uint32_t> out;

@@ -127,19 +127,20 @@ ContradictedSurfels find_contradicted(const std::vector<Place>& places, const st
         shooter.add(asked, std::vector<int>(asked.size(), options.check_rays), rows, {});
         RowTest::Received received;
         test.receive(rows, received);
-        std::vector<double> square(asked.size());
+        std::vector<double> square(asked.size(), 0.0);  // 0 where the basis is not off
         parallel_for(asked.size(), 64, [&](std::size_t k) {
-            std::vector<float> difference(received.values.data() + k * channels,
-                                          received.values.data() + (k + 1) * channels);
+            const float* values = received.values.data() + k * channels;
+            std::vector<float> difference(values, values + channels);
             at_surfels.for_row(asked[k].surfel, [&](std::uint32_t function, float weight) {
                 const float* by_basis = coefs.data() + function * channels;
                 for (std::size_t c = 0; c < channels; ++c) difference[c] -= weight * by_basis[c];
             });
-            square[k] = test.mean_square(difference.data());
+            if (test.is_off(values, difference.data(), options.epsilon, received.variance[k]))
+                square[k] = test.mean_square(difference.data());
         });
         for (std::size_t k = 0; k < asked.size(); ++k) {
             const std::uint32_t i = asked[k].surfel;
-            if (!RowTest::is_off(square[k], options.epsilon, received.variance[k])) continue;
+            if (square[k] == 0.0) continue;
             out.surfels.push_back(i);
             out.variance.push_back(received.variance[k]);
             out.error.push_back(areas[i] * (square[k] - static_cast<double>(received.variance[k])));

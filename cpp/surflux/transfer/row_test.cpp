@@ -1,10 +1,19 @@
 #include "surflux/transfer/row_test.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "surflux/core/parallel.h"
 
 namespace surflux {
+
+namespace {
+
+constexpr double significance = 2.0;  // standard errors that a difference must be beyond
+// Times what is there, in dim places: of once that, receivers were half as many again, and no better under contacts.
+constexpr double local_weight = 2.0;
+
+}  // namespace
 
 void RowTest::receive(const ShotRows& of, Received& out, const Team& team) const {
     const std::size_t from = out.variance.size(), n = size();
@@ -83,6 +92,18 @@ double RowTest::mean_square(const float* values) const {
     double sum = 0.0;
     for (std::size_t c = 0; c < size(); ++c) sum += static_cast<double>(values[c] * values[c]);
     return size() > 0 ? sum / static_cast<double>(size()) : 0.0;
+}
+
+bool RowTest::is_off(const float* values, const float* difference, double allowed, float variance) const {
+    double off = 0.0, own = 0.0, other = 0.0;
+    for (std::size_t c = 0; c < size(); ++c) {
+        const auto value = static_cast<double>(values[c]), by = static_cast<double>(difference[c]);
+        off += by * by, own += value * value, other += (value - by) * (value - by);
+    }
+    const auto n = static_cast<double>(size());
+    const double local = local_weight * local_weight * std::max(own, other) / n;
+    return off / n >
+           allowed * allowed * std::min(1.0, local) + significance * significance * static_cast<double>(variance);
 }
 
 }  // namespace surflux

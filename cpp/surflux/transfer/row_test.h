@@ -31,13 +31,12 @@ public:
     std::size_t size() const { return scale_.size(); }
     float scale(std::size_t c) const { return scale_[c]; }
     double mean_square(const float* values) const;
-    // Is such a mean square more than what is allowed, beyond what the rays' variance may have made?
-    static bool is_off(double mean_square, double allowed, float variance) {
-        return mean_square > allowed * allowed + significance * significance * static_cast<double>(variance);
-    }
+    // Does a row differ from what it is taken for by more than is allowed, beyond what the rays' variance may have
+    // made? `allowed`: of the RMS of all or, where both are dim, of what is there: in the shade of a contact less light
+    // is not less of an error.
+    bool is_off(const float* values, const float* difference, double allowed, float variance) const;
 
 protected:
-    static constexpr double significance = 2.0;  // standard errors that a difference must be beyond
     RowTest(std::size_t size, float scale) : scale_(size, scale) {}
     explicit RowTest(std::vector<float> scale) : scale_(std::move(scale)) {}
     // Adds what senders send along the links of a row, size() interleaved values of each node, to both halves.

@@ -134,7 +134,8 @@ def precompute_transfer(
         scene: Scene; its lights do not matter. Emission is at most 1e30. `Transfer` keeps it.
         lighting: "local", lamps in the scene and around it; "distant"; "sky".
         bounces: how often light is reflected; None for all reflections there are (GMRES, to a residual of 1e-5).
-        epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
+        epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive. In
+            dim places, as under contacts, twice as much of what is there, where that is less.
             "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
             None for .2. "distant": what it sees of the sky, the RMS over the sphere; of twice the RMS over the scene
             where that is less, as in a room with a window; None for .15.
