@@ -109,6 +109,15 @@ std::vector<Coarse> find_coarse(const Scene& scene, const Extent& extent) {
     return out;
 }
 
+// Borders of joined disks in place of those that they have in their objects; creases stay.
+void take_borders(Surfels& s, const std::vector<char>& is_joined, const std::vector<DiskEnd>& borders) {
+    const auto is_replaced = [&](const DiskEnd& end) { return end.kind == DiskEnd::border && is_joined[end.surfel]; };
+    s.ends.erase(std::remove_if(s.ends.begin(), s.ends.end(), is_replaced), s.ends.end());
+    s.ends.insert(s.ends.end(), borders.begin(), borders.end());
+    std::stable_sort(s.ends.begin(), s.ends.end(),
+                     [](const DiskEnd& a, const DiskEnd& b) { return a.surfel < b.surfel; });
+}
+
 }  // namespace
 
 Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
@@ -129,10 +138,13 @@ std::vector<std::uint32_t> count_once(Scene& scene, const Coincidence& found, co
     if (s.areas.empty()) return {};
     std::vector<double> share = found.uncovered;
     std::vector<std::uint32_t> kept;
-    if (!found.disks.is_joined.empty())
-        kept = take_joint_shares(scene, found.disks.is_joined, share, has_own_areas, progress);
+    if (!found.disks.is_joined.empty()) {
+        JointShares joint = take_joint_shares(scene, found.disks.is_joined, share, has_own_areas, progress);
+        if (!s.ends.empty()) take_borders(s, found.disks.is_joined, joint.borders);
+        kept = std::move(joint.kept);
+    }
     for (std::size_t i = 0; i < s.size(); ++i)
-        if (share[i] < 1.0) s.areas[i] *= std::max(share[i], least_share);
+        if (share[i] != 1.0) s.areas[i] *= std::max(share[i], least_share);
     return kept;
 }
 

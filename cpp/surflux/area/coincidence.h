@@ -41,8 +41,9 @@ struct Coincidence {
 Coincidence find_coincidence(const Scene& scene, const Progress& progress = {});
 
 // Puts it into the scene. Areas, where there are any, count once: a patch keeps what is not covered, and a billionth,
-// so that it stays; disks share (joint_areas.h). Returned are the objects whose areas do so already.
-// `has_own_areas` marks those whose areas were found by effective_areas().
+// so that it stays; disks share (joint_areas.h), and those that do end where none of their objects goes on, if there
+// are ends. Returned are the objects whose areas do so already. `has_own_areas` marks those whose areas were found by
+// effective_areas().
 std::vector<std::uint32_t> count_once(Scene& scene, const Coincidence& found, const Progress& progress = {},
                                       const std::vector<char>& has_own_areas = {});
 

@@ -23,6 +23,7 @@ constexpr std::size_t block = 16;
 struct End {
     Vec3 normal;
     double limit;
+    bool is_border;
 };
 
 // A joined disk, or several of one object at one place.
@@ -34,6 +35,7 @@ struct Disk {
     double joint = 0.0;                  // area among the disks of all objects
     double ended_domain = 0.0;           // the radius that it has
     std::vector<End> ends;               // of that
+    bool is_open = false;                // in its object: at a border, or without neighbours that end it
     bool is_whole = true;                // as large as may be, without ends
     bool is_wanted = true;
 };
@@ -65,15 +67,21 @@ public:
         for_each([&](Disk& disk, DiskIntegrator& integrator, Neighborhood& around) {
             const bool is_known = !has_own_areas.empty() && has_own_areas[scene_.object[disk.surfel]];
             disk.own = is_known ? given(disk) : bounded(integrator.area(around), disk);
+            disk.is_open = around.ends.size() > around.crease_ends || around.radius < disk.domain;
+            find_joint(disk, around);
             add_others(disk, around, false);
             disk.joint = around.others.empty() ? disk.own : bounded(integrator.area(around), disk);
             disk.is_whole = around.ends.empty() && !(around.radius < disk.domain);
             disk.ended_domain = around.radius;
-            for (const HalfPlane& side : around.ends)
-                disk.ends.push_back({side.x * around.frame.u + side.y * around.frame.v, side.limit * around.radius});
+            for (std::size_t e = 0; e < around.ends.size(); ++e) {
+                const HalfPlane& side = around.ends[e];
+                disk.ends.push_back({side.x * around.frame.u + side.y * around.frame.v, side.limit * around.radius,
+                                     e >= around.crease_ends});
+            }
         });
         mark_beside_ended();
         for_each([&](Disk& disk, DiskIntegrator& integrator, Neighborhood& around) {
+            find_joint(disk, around);
             add_others(disk, around, true);
             disk.joint = around.others.empty() ? disk.own : bounded(integrator.area(around), disk);
         });
@@ -171,6 +179,19 @@ private:
                (same_surface(scene_, i, j) || same_surface(scene_, j, i));
     }
 
+    // The neighbourhood of a disk at a border of its object, which ends where none of the objects goes on.
+    void find_joint(const Disk& disk, Neighborhood& around) const {
+        if (!disk.is_open) return;
+        const auto beside = [&](double distance, std::vector<Vec3>& places) {
+            std::vector<Neighbor> near;
+            index_->centered_within(s_.positions[disk.surfel], distance, near);
+            for (const Neighbor& found : near)
+                if (is_one_surface(disk.surfel, disks_[found.index].surfel))
+                    places.push_back(s_.positions[disks_[found.index].surfel]);
+        };
+        parts_[disk.part].finder->curved(disk.number, around, beside);
+    }
+
     // Disks of other objects stand on the surface that the disk's own neighbours agree on: scans are a little off.
     void add_others(const Disk& disk, Neighborhood& around, bool with_ends) const {
         thread_local std::vector<Neighbor> near;
@@ -220,9 +241,8 @@ struct Sums {
 
 }  // namespace
 
-std::vector<std::uint32_t> take_joint_shares(const Scene& scene, const std::vector<char>& is_joined,
-                                             std::vector<double>& shares, const std::vector<char>& has_own_areas,
-                                             const Progress& progress) {
+JointShares take_joint_shares(const Scene& scene, const std::vector<char>& is_joined, std::vector<double>& shares,
+                              const std::vector<char>& has_own_areas, const Progress& progress) {
     if (std::find(is_joined.begin(), is_joined.end(), 1) == is_joined.end()) return {};
     JointAreas areas(scene, is_joined, progress);
     const std::vector<Disk>& disks = areas.run(has_own_areas);
@@ -236,10 +256,15 @@ std::vector<std::uint32_t> take_joint_shares(const Scene& scene, const std::vect
     for (const Disk& disk : disks)
         if (disk.own > 0.0 && !sums[scene.object[disk.surfel]].are_joint())
             for (const std::uint32_t i : areas.surfels(disk)) shares[i] *= disk.joint / disk.own;
-    std::vector<std::uint32_t> kept;
+    JointShares out;
     for (std::uint32_t o = 0; o < sums.size(); ++o)
-        if (sums[o].are_joint()) kept.push_back(o);
-    return kept;
+        if (sums[o].are_joint()) out.kept.push_back(o);
+    for (const Disk& disk : disks)
+        for (const End& end : disk.ends)
+            if (end.is_border && end.limit < scene.surfels.radii[disk.surfel])
+                for (const std::uint32_t i : areas.surfels(disk))
+                    out.borders.push_back({end.normal, end.limit, i, DiskEnd::border});
+    return out;
 }
 
 }  // namespace surflux

@@ -29,6 +29,8 @@ constexpr double border_reach = 5.0;
 // How far the border lies outside of the outermost samples, over the mean distance of the six nearest places. So the
 // area of the unit square is right within .5 % from 1000 samples of blue noise (by dart throwing or elimination).
 constexpr double border_margin = 0.05;
+// How far off, over the same spacing, other objects' samples still go on with the surface.
+constexpr double beside_reach = 2.0;
 // A corner that no sample fills up to this far, over the same spacing, is still a corner.
 constexpr double corner_tolerance = 0.6;
 
@@ -133,8 +135,8 @@ NeighborhoodFinder::NeighborhoodFinder(const Surfels& surfels, const std::vector
 
 void NeighborhoodFinder::flat(std::size_t i, Neighborhood& out) const { gather(i, 1.0, out); }
 
-void NeighborhoodFinder::curved(std::size_t i, Neighborhood& out) const {
-    if (!complete(i, domain_ratio, out)) complete(i, 1.0, out);
+void NeighborhoodFinder::curved(std::size_t i, Neighborhood& out, const Beside& beside) const {
+    if (!complete(i, domain_ratio, out, beside)) complete(i, 1.0, out, beside);
 }
 
 void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) const {
@@ -164,7 +166,7 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
     }
 }
 
-bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out) const {
+bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out, const Beside& beside) const {
     gather(i, ratio, out);
     out.surface.erase(std::remove_if(out.surface.begin() + 1, out.surface.end(), is_layer), out.surface.end());
     std::vector<Member> around(out.surface.begin() + 1, out.surface.end());
@@ -182,7 +184,7 @@ bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out
         p.z = out.model.height(p.x, p.y);
     }
     out.surface[0].position.z = out.model.z0;
-    return add_borders(i, around, out);
+    return add_borders(i, around, out, beside);
 }
 
 void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighborhood& out) const {
@@ -217,12 +219,30 @@ void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighbor
     }
 }
 
-bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out) const {
-    std::vector<Point2> points(1, {0.0, 0.0});
+bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out,
+                                     const Beside& beside) const {
+    std::vector<Point2> points(1, {0.0, 0.0}), others;
     for (const Member& m : around)
         if (m.normal.z > sharpest_crease) points.push_back({m.position.x, m.position.y});
-    const double spacing = mean_spacing(around), margin = border_margin * spacing;
+    const double spacing = mean_spacing(around);
     if (!(spacing > 0.0)) return false;
+    const Disk& disk = disks_[i];
+    const auto place_of = [&](const Vec3& position) {
+        return in_frame(out.frame, (position - disk.position) / out.radius);
+    };
+    double spacing_of_all = spacing;
+    if (beside) {
+        std::vector<Vec3> positions;
+        beside(beside_reach * spacing * out.radius, positions);
+        std::vector<Member> all = around;
+        for (const Vec3& position : positions) {
+            all.push_back({disk.surfel, place_of(position), {0.0, 0.0, 1.0}, 1.0});
+            others.push_back({all.back().position.x, all.back().position.y});
+        }
+        spacing_of_all = mean_spacing(all);
+        points.insert(points.end(), others.begin(), others.end());
+    }
+    const double margin = border_margin * spacing_of_all;
 
     // The disks that reach mostly surround the whole disk: no need to look farther then.
     std::vector<HalfPlane> sides;
@@ -232,21 +252,21 @@ bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& a
 
     thread_local std::vector<Neighbor> near;
     const ThreadScratch scratch(near);
-    const Disk& disk = disks_[i];
     index_.centered_within(disk.position, border_reach * std::max(spacing, 0.6) * out.radius, near);
-    points.assign(1, {0.0, 0.0});
+    points = others;
+    points.push_back({0.0, 0.0});
     for (const Neighbor& n : near) {
         const Disk& other = disks_[n.index];
         const double cosine = dot(disk.normal, other.normal);
         if (cosine <= sharpest_crease) continue;
-        const Vec3 d = (other.position - disk.position) / out.radius;
-        if (cosine > epsilon_ && is_layer({other.surfel, in_frame(out.frame, d), in_frame(out.frame, other.normal),
-                                           other.radius / disk.radius}))
+        const Vec3 place = place_of(other.position);
+        if (cosine > epsilon_ &&
+            is_layer({other.surfel, place, in_frame(out.frame, other.normal), other.radius / disk.radius}))
             continue;
-        points.push_back({dot(d, out.frame.u), dot(d, out.frame.v)});
+        points.push_back({place.x, place.y});
     }
     hull_sides(points, sides);
-    sharpen_corners(sides, corner_tolerance * spacing);
+    sharpen_corners(sides, corner_tolerance * spacing_of_all);
     for (const HalfPlane& side : sides)
         if (ends_disk(side)) out.ends.push_back({side.x, side.y, side.limit + margin});
     return !sides.empty();

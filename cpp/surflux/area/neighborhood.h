@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/area/border.h"
@@ -46,6 +47,9 @@ struct Neighborhood {
 
 Vec3 in_frame(const Frame& frame, const Vec3& v);
 
+// Appends the places of other objects' disks that sample the surface of one, and are no farther from it.
+using Beside = std::function<void(double distance, std::vector<Vec3>& places)>;
+
 // Finds the neighbourhoods of disks; const once made, for any number of threads.
 class NeighborhoodFinder {
 public:
@@ -78,22 +82,23 @@ public:
     //
     // Borders. Beyond the sampling there is no surface: the disk ends with the convex hull of the points around i,
     // as seen along n_i, without sides that only bevel a corner, plus a small part of their spacing, for the true
-    // border passes outside of its outermost samples.
+    // border passes outside of its outermost samples. Where `beside` finds samples of other objects, the surface goes
+    // on: they are points of the hull, too, out to twice the disk's spacing.
     //
     // Domains. Disks that just cover the surface together leave slits where it bends, and their weights would end where
     // others' are still needed: each counts up to domain_ratio times its radius, unless it has no neighbours to end it.
     //
     // The surface is the model that the neighbours agree on, and they stand on it themselves: what noise lifts a point
     // off its neighbours' surface does not make it farther.
-    void curved(std::size_t i, Neighborhood& out) const;
+    void curved(std::size_t i, Neighborhood& out, const Beside& beside = {}) const;
 
 private:
     // Frame, radius, surface and crease, with `ratio` times every radius.
     void gather(std::size_t i, double ratio, Neighborhood& out) const;
     // The same for the curved method, complete. False where no neighbours end the domain.
-    bool complete(std::size_t i, double ratio, Neighborhood& out) const;
+    bool complete(std::size_t i, double ratio, Neighborhood& out, const Beside& beside) const;
     void add_creases(const std::vector<Member>& around, Neighborhood& out) const;
-    bool add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out) const;
+    bool add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out, const Beside& beside) const;
 
     struct Disk {
         Vec3 position, normal;

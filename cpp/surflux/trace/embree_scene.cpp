@@ -109,7 +109,7 @@ void Tracer::Impl::add_triangles(const Surfels& s) {
 void Tracer::Impl::drop_joints(const Progress& progress) {
     const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
         Query query{{}, this};
-        query.but = disks[i].object;
+        query.but = i;
         embree::init(query.context);
         RTCRay ray = ray_from(from, direction, length);
         embree::occluded(scene.get(), query.context, ray);

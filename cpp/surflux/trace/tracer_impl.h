@@ -19,7 +19,6 @@
 namespace surflux {
 
 inline constexpr std::uint32_t no_surfel = Hit::none;
-inline constexpr std::uint32_t no_object = 0xffffffffu;
 inline constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 
 // Cosine between the normals of surfels on either side of the sharpest ridge over which disks may stand off a surface.
@@ -133,7 +132,7 @@ struct Tracer::Impl {
         const Ray* rays = nullptr;      // by Embree's ray id
         bool segments = false;          // which end on a surface or at a light
         const Vec3* nearby = nullptr;   // the normal of a point whose surfel is looked for, and nothing else
-        std::uint32_t but = no_object;  // what is not of this object is looked for, and nothing else
+        std::uint32_t but = no_surfel;  // what is not of this one's object or surface is looked for, and nothing else
     };
 
     // The sides of a sheet may be of two objects.
@@ -146,6 +145,13 @@ struct Tracer::Impl {
         if (is_of(q, p.object)) return cosine > steepest_ridge;
         return cosine > other_objects_ridge && p.spread > 0.0f && q.spread > 0.0f &&
                height <= std::max(p.spread, q.spread);
+    }
+
+    // Is q of the object of disk p, or a disk of those that stand for its surface, too, with which it shares its
+    // border?
+    bool goes_on(const Disk& p, const Disk& q) const {
+        const auto cosine = [&] { return dot3(p.normal, q.normal); };
+        return is_of(q, p.object) || (p.spread > 0.0f && q.spread > 0.0f && cosine() > other_objects_ridge);
     }
 
     // Does disk k stand for the same piece of surface as surfel a, at which a ray along `direction` arrives, and is it
@@ -286,7 +292,7 @@ struct Tracer::Impl {
 
     // Does the query take no notice of what ray `id` crosses there?
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
-        if (query.but != no_object) return is_of(disks[hit.surfel], query.but);
+        if (query.but != no_surfel) return goes_on(disks[query.but], disks[hit.surfel]);
         if (query.nearby) return is_strange(*query.nearby, hit);
         const Ray& ray = query.rays[id];
         if (ray.from.surfel == hit.surfel) return true;

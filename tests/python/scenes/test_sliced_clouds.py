@@ -43,6 +43,34 @@ def test_classes_of_a_floor_in_the_sun(kind):
     assert_allclose(whole, 1.0, rtol=0.035)  # the border of a grid is half a cell farther out than disks go
 
 
+def slabs(cloud, count):
+    slab = np.minimum((count * cloud.points[:, 0]).astype(int), count - 1)
+    return [cloud[slab == k] for k in range(count)]
+
+
+@pytest.mark.parametrize("kind", ["random", "grid", "blue"])
+def test_slabs_of_a_floor_go_on_in_each_other(kind):
+    """What lies between the last points of one and the first of the next is theirs: 3 to 7 % of it were lost."""
+    cloud = square(kind)
+    assert_allclose(solved(slabs(cloud, 5), SUN), solved([cloud], SUN), rtol=0.005)
+
+
+@pytest.mark.parametrize("part", [lambda cloud: slabs(cloud, 4), lambda cloud: [cloud[::2], cloud[1::2]]])
+def test_slices_of_a_lamp_end_where_the_whole_does(part):
+    """Slabs lost a tenth of the lamp's light; disks of mixed slices reached out over its border for rays."""
+    cloud = square("blue", 200)
+    lamp = sf.Surfels(cloud.points, -cloud.normals, radii=cloud.radii, reflectance=0.0, emission=1.0)
+    corners = [[0, 0, -0.4], [1, 0, -0.4], [1, 1, -0.4], [0, 1, -0.4]]
+    floor = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 0.05, reflectance=0.0)
+    scenes = sf.Scene([floor, lamp]), sf.Scene([floor, *part(lamp)])
+    whole, parts = (sf.reference_irradiance(s, floor.points, floor.normals, 1024)[0].mean() for s in scenes)
+    assert_allclose(parts, whole, rtol=0.015)
+    for transport in ("pairs", "rays"):
+        solutions = [sf.solve(scene, transport=transport, insert=False) for scene in scenes]
+        whole, parts = (solution.irradiance[: len(floor)].mean() for solution in solutions)
+        assert_allclose(parts, whole, rtol=0.02)
+
+
 def test_halves_of_a_glowing_ball():
     normals = np.random.default_rng(0).normal(size=(2000, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
