@@ -35,7 +35,7 @@ def crate(here):
     """A box of six faces beside a plate of many vertices, as .ply: points of the box are its corners alone."""
     box = pyvista.Cube(clean=True)
     plate = pyvista.Plane(i_size=0.2, j_size=0.2, i_resolution=39, j_resolution=39, center=(1, 0, 0))
-    box.merge(plate).extract_surface().save("crate.ply")
+    box.append_polydata(plate).save("crate.ply")
     return "crate.ply"
 
 
