@@ -10,8 +10,6 @@ namespace surflux {
 namespace {
 
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
-// Times what is there, in dim places: of once that, receivers were half as many again, and no better under contacts.
-constexpr double local_weight = 2.0;
 
 }  // namespace
 
@@ -101,9 +99,8 @@ bool RowTest::is_off(const float* values, const float* difference, double allowe
         off += by * by, own += value * value, other += (value - by) * (value - by);
     }
     const auto n = static_cast<double>(size());
-    const double local = local_weight * local_weight * std::max(own, other) / n;
-    return off / n >
-           allowed * allowed * std::min(1.0, local) + significance * significance * static_cast<double>(variance);
+    const double most = allowed * std::min(1.0, local_weight() * std::sqrt(std::max(own, other) / n));
+    return off / n > most * most + significance * significance * static_cast<double>(variance);
 }
 
 }  // namespace surflux

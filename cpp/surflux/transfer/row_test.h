@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -32,11 +33,11 @@ public:
     float scale(std::size_t c) const { return scale_[c]; }
     double mean_square(const float* values) const;
     // Does a row differ from what it is taken for by more than is allowed, beyond what the rays' variance may have
-    // made? `allowed`: of the RMS of all or, where both are dim, of what is there: in the shade of a contact less light
-    // is not less of an error.
+    // made? `allowed`: of the RMS of all or, where both are dim, of local_weight() times what is there.
     bool is_off(const float* values, const float* difference, double allowed, float variance) const;
 
 protected:
+    virtual double local_weight() const { return std::numeric_limits<double>::max(); }
     RowTest(std::size_t size, float scale) : scale_(size, scale) {}
     explicit RowTest(std::vector<float> scale) : scale_(std::move(scale)) {}
     // Adds what senders send along the links of a row, size() interleaved values of each node, to both halves.

@@ -134,10 +134,10 @@ def precompute_transfer(
         scene: Scene; its lights do not matter. Emission is at most 1e30. `Transfer` keeps it.
         lighting: "local", lamps in the scene and around it; "distant"; "sky".
         bounces: how often light is reflected; None for all reflections there are (GMRES, to a residual of 1e-5).
-        epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive. In
-            dim places, as under contacts, twice as much of what is there, where that is less.
-            "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
-            None for .2. "distant": what it sees of the sky, the RMS over the sphere; of twice the RMS over the scene
+        epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
+            "local": what it has of the light of a lamp, of the RMS over the scene or, in dim places, of twice what
+            is there, in the mean square over the lamps; None for .2. "distant": what it sees of the
+            sky, the RMS over the sphere; of twice the RMS over the scene
             where that is less, as in a room with a window; None for .15.
             "sky": what it has of a natural sky, whose harmonics have a power that falls as the square of their band
             (Dror, Willsky and Adelson 2004), of the RMS over the scene; None for .1.
