@@ -85,12 +85,12 @@ public:
         for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i].disparity = disparities[i];
     }
 
-    // Of the cells of a round window about a pixel, of some where it is wide, one pixel each.
-    void around(std::size_t i, int half_width, const Shift& shift, std::vector<Pixel>& out) const {
+    // Of the cells of a round window about a pixel, of some where it is wide, or of all, one pixel each.
+    void around(std::size_t i, int half_width, const Shift& shift, std::vector<Pixel>& out, bool all = false) const {
         out.clear();
         const auto [own_x, own_y] = place_of(pixels_[i]);
         const int x = own_x + shift.x, y = own_y + shift.y;
-        const int stride = (half_width + across - 1) / across;
+        const int stride = all ? 1 : (half_width + across - 1) / across;
         // Of other cells for each pixel: no pattern of them shows.
         const std::uint32_t random = static_cast<std::uint32_t>(i) * 2654435761u;
         const int first_x = static_cast<int>((random >> 8) % static_cast<std::uint32_t>(stride)) - half_width,
@@ -279,7 +279,7 @@ private:
     // The plane that most pixels around one are of, whatever it is of itself: of what is narrow, and off by a few
     // steps, no such camera tells the depth.
     bool of_most(std::size_t i, int half_width, Fit& out) {
-        picture_.around(i, half_width, {}, near_);
+        picture_.around(i, half_width, {}, near_, true);
         if (near_.size() < fewest_around) return false;
         const auto middle = near_.begin() + static_cast<std::ptrdiff_t>(near_.size() / 2);
         std::nth_element(near_.begin(), middle, near_.end(),
