@@ -252,7 +252,7 @@ bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& a
 
     thread_local std::vector<Neighbor> near;
     const ThreadScratch scratch(near);
-    index_.centered_within(disk.position, border_reach * std::max(spacing, 0.6) * out.radius, near);
+    index_.centered_within(disk.position, border_reach * std::max(spacing_of_all, 0.6) * out.radius, near);
     points = others;
     points.push_back({0.0, 0.0});
     for (const Neighbor& n : near) {
