@@ -45,8 +45,7 @@ public:
           probes_(points_, tracer, tree_, skies_, options.seed + probe_stream, options.tuning, options.team),
           test_(std::make_unique<CutTest>(tree_, gathering_, probes_, options.seed + probe_stream, options.tuning)),
           sources_(scene, points_, tracer, tree_, &emitters_, &sky_cells_, options.direct, options.rays, options.seed,
-                   options.team),
-          particles_(options.tuning) {
+                   options.team) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = options.tuning.usual_share * squared / total;
@@ -320,7 +319,7 @@ private:
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
     std::unique_ptr<NodeRays> rays_;
-    LightParticles particles_;
+    LightParticles particles_{options_.tuning};
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
     CutTest::Allowed allowed_;

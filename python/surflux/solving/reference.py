@@ -70,9 +70,10 @@ def reference_irradiance(
     Returns:
         (irradiance, error), (m, 3) each, in the unit of the lights (W/m2): the estimate and its standard error. The
         difference to the truth, divided by the error, follows Student's t with one degree of freedom less than there
-        are batches, from some thousand samples on; with a few hundred, estimates of what rare bright paths bring (a bulb
-        under a ceiling) are skewed: they lie beyond 95 % bounds in 8 to 12 % of cases. Where a lamp stands so close to
-        a surface that few paths meet its spot there, that holds for far more samples alone, and a warning says so.
+        are batches, from some thousand samples on; with a few hundred, estimates of what rare bright paths bring (a
+        bulb under a ceiling) are skewed: they lie beyond 95 % bounds in 8 to 12 % of cases. Where a lamp stands so
+        close to a surface that few paths meet its spot there, that holds for far more samples alone, and a warning says
+        so.
 
     Raises:
         ValueError: an argument out of range, by name.
