@@ -256,8 +256,8 @@ TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
     Figures timings;
     const TransportOperator found = build_operator(compiled, options, {}, timings);
     const std::size_t levels = found.level_begin.size() - 1, end = found.level_begin[found.bounce_end()];
-    ASSERT_EQ(found.bounce_end(), 2u);
-    ASSERT_GT(levels, 3u);
+    ASSERT_EQ(found.bounce_end(), 3u);
+    ASSERT_GT(levels, 4u);
     std::vector<float> sent(found.senders.size(), 0.0f), all, part, of_all, of_part, by_all, by_part;
     for (std::size_t k = 0; k < sent.size(); ++k) sent[k] = static_cast<float>(k % 7);
     found.gather(sent, 1, all);
