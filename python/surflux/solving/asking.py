@@ -19,7 +19,7 @@ _FARTHEST = 2.5  # rungs at once
 # The estimate at rung 0 in rooms, by which the first attempt goes, but no farther than _FIRST: much of what a solve
 # takes is the same for all rungs, so that one attempt is best.
 _TYPICAL, _FIRST = 0.03, 2.0
-_COARSEST = -1.5  # rung of the first attempt within a time, of 16 or 32 rays: a third of the seconds of rung 0
+_COARSEST = -1.5  # rung of the first attempt within a time, of 16 or 32 rays: half of the seconds of rung 0, or less
 _FINEST, _NO_MORE = "these are the finest settings", "finer settings gain nothing any more"
 _NO_GAIN = 0.1  # of an estimate: an attempt that takes off less than that a rung, of twice the seconds, is the last
 _CELLS, _MOST_PLACES = 16, 3  # to a side of the grid that tells where errors are
