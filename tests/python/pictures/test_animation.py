@@ -193,6 +193,7 @@ def test_browsers_show_films_in_the_colours_of_pictures(stripes, tmp_path, brows
     page.write_text(f'<body style="margin: 0"><video id="film" muted src="data:video/mp4;base64,{data}"></video>')
     browser.visit(page)
     browser.wait('document.getElementById("film").readyState >= 2')
+    browser.wait_until(lambda: np.any(browser.picture()[90, 32] != 255))  # what is there is drawn later
     shown = browser.picture()[90, 32:320:64]
     np.testing.assert_allclose(shown, COLORS, atol=4)  # green was (49, 196, 56), red (236, 76, 58)
 
