@@ -164,7 +164,7 @@ void bind_radiosity(py::module_& module) {
                py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"), py::arg("shadow_rays"),
                py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"), py::arg("tuning") = TuningValues(),
                py::arg("progress") = py::none(), py::arg("team") = py::none());
-    // Constants of global refinement by name, as they are unless "tuning" sets them.
+    // Constants of all pairs and of global refinement by name, as they are unless "tuning" sets them.
     module.def("pairs_tuning", &tuning_values<PairsTuning>);
     module.def("refinement_tuning", &tuning_values<RefinementTuning>);
     module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),
