@@ -7,13 +7,14 @@
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/radiosity/symmetric_scaling.h"
+#include "surflux/radiosity/tuning.h"
 
 namespace surflux {
 
 namespace {
 
 // As in closure.h: disks' own losses are known better than what their rows come to.
-constexpr double largest_scale = 2.0, yield_of_disks = 0.1;
+constexpr double largest_scale = 2.0;
 constexpr double closure_tolerance = 1e-10, closed = 1e-6;
 
 std::vector<double> densities(const RowBlock& rows, const std::vector<double>& areas) {
@@ -168,7 +169,7 @@ FormFactorOperator form_factor_operator(const CompiledScene& compiled, const For
     const std::vector<double> density = densities(state.rows, state.areas);
     ScalingProblem problem;
     problem.totals = s.areas;
-    problem.yields.assign(s.size(), yield_of_disks);
+    problem.yields.assign(s.size(), PairsTuning{}.yield_of_disks);
     for (const Triangle& t : s.triangles) problem.yields[t.surfel] = 1.0;
     for (std::size_t i = 0; i < s.size(); ++i) {
         const double rays = state.rows.rays[i];

@@ -36,13 +36,13 @@ SUFFIXES = (".ply", ".glb", ".gltf", ".vtp")
 
 def is_mesh(options):
     """Whether a command takes the faces of a file: of a mesh, and of a PLY file with --mesh, or where its points do not
-    cover the faces, and nothing asks for points; that is said, and --mesh set.
+    cover the faces, and nothing asks for points; that is said. What was found stands in options.mesh.
     """
     suffix = Path(options.input).suffix.lower().lstrip(".")
     if options.mesh is None and suffix == "ply" and not _asks_for_points(options):
         share = wide_faces(options.input)
-        if share > _WIDE:
-            options.mesh = True
+        options.mesh = bool(share > _WIDE)
+        if options.mesh:
             words = "faces are taken, not points alone, which lie too far apart on %s of the surface (--no-mesh)"
             LOG.info(words, percent(share))
     return bool(options.mesh) or suffix in MESHES or (suffix == "obj" and _has_faces(options.input))
