@@ -26,6 +26,31 @@ constexpr std::size_t ahead_links = 32, ahead_entries = 32;
 // Filled with its element k.
 #define SURFLUX_SPREAD(of, k) __builtin_shufflevector(of, of, k, k, k, k)
 
+SURFLUX_KERNEL Four sent_by(TransportOperator::Link link, const float* sent) {
+    Four out;
+    std::memcpy(&out, sent + colors * TransportOperator::sender(link), sizeof out);
+    return out;
+}
+
+// Four links at once: what each met, in numbers of rays. Those of later ones are fetched.
+struct FourLinks {
+    SURFLUX_KERNEL FourLinks(const TransportOperator& transport, std::uint32_t first, const float* sent)
+        : links(transport.links.data() + first) {
+        const std::size_t next = std::min(first + ahead_links, transport.links.size() - 4) - first;
+        for (std::size_t i = next; i < next + 4; ++i)
+            __builtin_prefetch(sent + colors * TransportOperator::sender(links[i]));
+        FourInts four;
+        std::memcpy(&four, links, sizeof four);
+        met = __builtin_convertvector(four & ((1 << TransportOperator::ray_bits) - 1), Four);
+    }
+    template <int k>
+    SURFLUX_KERNEL Four from(const float* sent) const {
+        return sent_by(links[k], sent);
+    }
+    const TransportOperator::Link* links;
+    Four met;
+};
+
 // Sums of eight floats, in two registers or in one. Weights are those of four numbers: of number k, one for each half.
 struct Narrow {
     struct Weights {
@@ -43,6 +68,7 @@ struct Narrow {
         low += weight * of[0];
         high += weight * of[1];
     }
+    SURFLUX_KERNEL void operator+=(const Narrow& other) { low += other.low, high += other.high; }
     SURFLUX_KERNEL void write(Four& to_low, Four& to_high) const { to_low = low, to_high = high; }
 };
 
@@ -63,45 +89,39 @@ struct Wide {
         std::memcpy(&of, from, sizeof of);
         both += weight * of;
     }
+    SURFLUX_KERNEL void operator+=(const Wide& other) { both += other.both; }
     SURFLUX_KERNEL void write(Four& to_low, Four& to_high) const {
         to_low = __builtin_shufflevector(both, both, 0, 1, 2, 3);
         to_high = __builtin_shufflevector(both, both, 4, 5, 6, 7);
     }
 };
 
+// Links of a row are added by turns to two sums: each addition would wait for the one before it.
 template <class Sums>
 SURFLUX_KERNEL void gather_kernel(const TransportOperator& transport, const float* sent, std::size_t begin,
                                   std::size_t end, float* out) {
-    using Link = TransportOperator::Link;
     using Slope = TransportOperator::Slope;
     static_assert(sizeof(Slope) == 2);
-    const Link* links = transport.links.data();
     const Slope* slopes = transport.slopes.data();
-    const std::size_t count = transport.links.size();
     for (std::size_t k = begin; k < end; ++k) {
         const TransportOperator::Row& row = transport.rows[k];
-        Sums value_and_u;
-        Four value, u, v = {};
+        Sums value_and_u[2];
+        Four v[2] = {};
         std::uint32_t l = row.begin;
         for (; l + 4 <= row.end; l += 4) {
-            const Link* next = links + std::min(l + ahead_links, count - 4);
-            for (int i = 0; i < 4; ++i) __builtin_prefetch(sent + colors * TransportOperator::sender(next[i]));
-            // Four links at once: numbers of rays, and slopes, of which u is in the lower half of 32 bits.
-            FourInts four;
-            std::memcpy(&four, links + l, sizeof four);
+            const FourLinks four(transport, l, sent);
+            // Slopes of four links, of which u is in the lower half of 32 bits.
             EightBytes bytes;
             std::memcpy(&bytes, slopes + l, sizeof bytes);
             const auto u_and_v = (FourInts) __builtin_convertvector(bytes, EightShorts);
-            const Four met = __builtin_convertvector(four & ((1 << TransportOperator::ray_bits) - 1), Four);
-            const Four met_u = met * __builtin_convertvector((u_and_v << 16) >> 16, Four);
-            const Four met_v = met * __builtin_convertvector(u_and_v >> 16, Four);
-            const typename Sums::Weights weights{met, met_u};
-#define SURFLUX_ADD(i)                                                                            \
-    do {                                                                                          \
-        Four from;                                                                                \
-        std::memcpy(&from, sent + colors * TransportOperator::sender(links[l + i]), sizeof from); \
-        value_and_u.template add<i>(weights, from);                                               \
-        v += SURFLUX_SPREAD(met_v, i) * from;                                                     \
+            const Four met_u = four.met * __builtin_convertvector((u_and_v << 16) >> 16, Four);
+            const Four met_v = four.met * __builtin_convertvector(u_and_v >> 16, Four);
+            const typename Sums::Weights weights{four.met, met_u};
+#define SURFLUX_ADD(i)                                     \
+    do {                                                   \
+        const Four from = four.template from<i>(sent);     \
+        value_and_u[i % 2].template add<i>(weights, from); \
+        v[i % 2] += SURFLUX_SPREAD(met_v, i) * from;       \
     } while (false)
             SURFLUX_ADD(0);
             SURFLUX_ADD(1);
@@ -110,25 +130,48 @@ SURFLUX_KERNEL void gather_kernel(const TransportOperator& transport, const floa
 #undef SURFLUX_ADD
         }
         for (; l < row.end; ++l) {
-            const float met = TransportOperator::rays_of(links[l]);
+            const float met = TransportOperator::rays_of(transport.links[l]);
             const Four one = {met, met, met, met};
-            Four from;
-            std::memcpy(&from, sent + colors * TransportOperator::sender(links[l]), sizeof from);
-            value_and_u.template add<0>({one, one * static_cast<float>(slopes[l].u)}, from);
-            v += one * static_cast<float>(slopes[l].v) * from;
+            const Four from = sent_by(transport.links[l], sent);
+            value_and_u[0].template add<0>({one, one * static_cast<float>(slopes[l].u)}, from);
+            v[0] += one * static_cast<float>(slopes[l].v) * from;
         }
-        value_and_u.write(value, u);
+        value_and_u[0] += value_and_u[1];
+        v[0] += v[1];
+        Four value, u;
+        value_and_u[0].write(value, u);
         constexpr float of_slope = 1.0f / ShotRows::slope_scale;
         const Frame frame = frame_around(transport.normals[k]);
         float* to = out + k * TransportOperator::tilted_channels;
         for (std::size_t c = 0; c < 3; ++c) {
             const float tilt_u = row.per_ray * (of_slope * u[c] - row.u * value[c]);
-            const float tilt_v = row.per_ray * (of_slope * v[c] - row.v * value[c]);
+            const float tilt_v = row.per_ray * (of_slope * v[0][c] - row.v * value[c]);
             to[c] = row.per_ray * value[c];
             for (int axis = 0; axis < 3; ++axis)
                 to[3 * static_cast<std::size_t>(axis + 1) + c] =
                     tilt_u * static_cast<float>(frame.u[axis]) + tilt_v * static_cast<float>(frame.v[axis]);
         }
+    }
+}
+
+// The same without gradients.
+SURFLUX_KERNEL void colors_kernel(const TransportOperator& transport, const float* sent, std::size_t begin,
+                                  std::size_t end, float* out) {
+    for (std::size_t k = begin; k < end; ++k) {
+        const TransportOperator::Row& row = transport.rows[k];
+        Four sums[2] = {};
+        std::uint32_t l = row.begin;
+        for (; l + 4 <= row.end; l += 4) {
+            const FourLinks four(transport, l, sent);
+            sums[0] += SURFLUX_SPREAD(four.met, 0) * four.from<0>(sent);
+            sums[1] += SURFLUX_SPREAD(four.met, 1) * four.from<1>(sent);
+            sums[0] += SURFLUX_SPREAD(four.met, 2) * four.from<2>(sent);
+            sums[1] += SURFLUX_SPREAD(four.met, 3) * four.from<3>(sent);
+        }
+        for (; l < row.end; ++l)
+            sums[0] += TransportOperator::rays_of(transport.links[l]) * sent_by(transport.links[l], sent);
+        const Four all = row.per_ray * (sums[0] + sums[1]);
+        std::memcpy(out + k * colors, &all, sizeof all);
     }
 }
 
@@ -166,6 +209,10 @@ SURFLUX_KERNEL void irradiance_kernel(const SparseRows& at_surfels, const Vec3* 
                                    std::size_t end, float* out) {                                            \
         gather_kernel<Sums>(transport, sent, begin, end, out);                                               \
     }                                                                                                        \
+    attribute void colors_##suffix(const TransportOperator& transport, const float* sent, std::size_t begin, \
+                                   std::size_t end, float* out) {                                            \
+        colors_kernel(transport, sent, begin, end, out);                                                     \
+    }                                                                                                        \
     attribute void irradiance_##suffix(const SparseRows& at_surfels, const Vec3* normals, const float* of,   \
                                        std::size_t begin, std::size_t end, Rgb* out) {                       \
         irradiance_kernel<Sums>(at_surfels, normals, of, begin, end, out);                                   \
@@ -178,6 +225,7 @@ SURFLUX_KERNELS(avx2, Wide, [[gnu::target("avx2")]])
 
 struct Dispatch {
     decltype(&gather_baseline) gather = gather_baseline;
+    decltype(&colors_baseline) colors = colors_baseline;
     decltype(&irradiance_baseline) irradiance = irradiance_baseline;
 };
 
@@ -185,7 +233,7 @@ const Dispatch& dispatch() {
     static const Dispatch chosen = [] {
 #if defined(__x86_64__)
         __builtin_cpu_init();
-        if (__builtin_cpu_supports("avx2")) return Dispatch{gather_avx2, irradiance_avx2};
+        if (__builtin_cpu_supports("avx2")) return Dispatch{gather_avx2, colors_avx2, irradiance_avx2};
 #endif
         return Dispatch{};
     }();
@@ -197,6 +245,11 @@ const Dispatch& dispatch() {
 void gather_tilted_rows(const TransportOperator& transport, const float* sent, std::size_t begin, std::size_t end,
                         float* out) {
     dispatch().gather(transport, sent, begin, end, out);
+}
+
+void gather_color_rows(const TransportOperator& transport, const float* sent, std::size_t begin, std::size_t end,
+                       float* out) {
+    dispatch().colors(transport, sent, begin, end, out);
 }
 
 void irradiance_at_rows(const SparseRows& at_surfels, const std::vector<Vec3>& normals, const float* coefficients,

@@ -9,12 +9,16 @@
 
 namespace surflux {
 
-// The two loops that read most of a local operator, in the widest registers that the processor has. What is added, and
+// The loops that read most of a local operator, in the widest registers that the processor has. What is added, and
 // in which order, is the same in all, and so is what comes of it, bit by bit.
 
 // TransportOperator::gather_tilted of rows `begin` to `end`.
 void gather_tilted_rows(const TransportOperator& transport, const float* sent, std::size_t begin, std::size_t end,
                         float* out);
+
+// TransportOperator::gather of as many channels as `colors`, of rows `begin` to `end`.
+void gather_color_rows(const TransportOperator& transport, const float* sent, std::size_t begin, std::size_t end,
+                       float* out);
 
 // Irradiance at surfels with such normals, `at_surfels` being TransportOperator::at_surfels: of `begin` to `end`, from
 // coefficients with gradients, `tilted_channels` of each function.

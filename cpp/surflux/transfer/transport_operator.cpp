@@ -18,6 +18,13 @@ void TransportOperator::gather(const std::vector<float>& sent, std::size_t chann
     const std::size_t end_of_basis = first_own_row(), own = rows.size() - end_of_basis;
     const std::size_t first =
         part == Part::all ? end_of_basis : std::min<std::size_t>(end_of_basis, level_begin[bounce_end()]);
+    if (channels == colors)
+        return parallel_blocks(first + own, 128, [&](std::size_t begin, std::size_t end) {
+            const std::size_t middle = std::clamp(first, begin, end);
+            gather_color_rows(*this, sent.data(), begin, middle, out.data());
+            gather_color_rows(*this, sent.data(), middle - first + end_of_basis, end - first + end_of_basis,
+                              out.data());
+        });
     with_fixed(channels, [&](const auto count) {
         parallel_for(first + own, 128, [&](std::size_t in_part) {
             const std::size_t k = in_part < first ? in_part : in_part - first + end_of_basis;
