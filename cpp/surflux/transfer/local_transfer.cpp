@@ -39,6 +39,7 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     std::vector<float>&values = (*tilted).values, &coefs = (*tilted).coefs;
     operator_.gather_tilted(all, values);
     operator_.coefficients(values, TransportOperator::tilted_channels, coefs);
+    coefs.resize(coefs.size() + 4);  // see irradiance_at_rows
     const Surfels& s = scene_->scene().surfels;
     std::vector<Rgb> out(s.size());
     parallel_blocks(s.size(), 512, [&](std::size_t begin, std::size_t end) {

@@ -8,12 +8,13 @@ namespace surflux {
 
 namespace {
 
-// The bodies are written once and inlined into one function per instruction set, none of which has FMA: that would
-// round otherwise.
+// The bodies are written once and inlined into one function per instruction set. None may fuse a multiplication and an
+// addition, which would round otherwise: see CMakeLists.txt.
 #define SURFLUX_KERNEL [[gnu::always_inline]] inline
 
 typedef float Four __attribute__((vector_size(16)));
 typedef float Eight __attribute__((vector_size(32)));
+typedef float Sixteen __attribute__((vector_size(64)));
 typedef double FourDoubles __attribute__((vector_size(32)));
 typedef std::int32_t FourInts __attribute__((vector_size(16)));
 typedef std::int16_t EightShorts __attribute__((vector_size(16)));
@@ -51,50 +52,92 @@ struct FourLinks {
     Four met;
 };
 
-// Sums of eight floats, in two registers or in one. Weights are those of four numbers: of number k, one for each half.
+// Sums of twelve floats, in three registers, in two or in one. Weights are those of four numbers: of number k, three,
+// one for each four of the floats.
 struct Narrow {
     struct Weights {
-        Four low, high;
+        Four first, second, third;
     };
-    Four low = {}, high = {};
+    Four first = {}, second = {}, third = {};
     template <int k>
-    SURFLUX_KERNEL void add(const Weights& weights, const Four& of_both) {
-        low += SURFLUX_SPREAD(weights.low, k) * of_both;
-        high += SURFLUX_SPREAD(weights.high, k) * of_both;
+    SURFLUX_KERNEL void add(const Weights& weights, const Four& of_all) {
+        first += SURFLUX_SPREAD(weights.first, k) * of_all;
+        second += SURFLUX_SPREAD(weights.second, k) * of_all;
+        third += SURFLUX_SPREAD(weights.third, k) * of_all;
     }
     SURFLUX_KERNEL void add(float weight, const float* from) {
-        Four of[2];
+        Four of[3];
         std::memcpy(of, from, sizeof of);
-        low += weight * of[0];
-        high += weight * of[1];
+        first += weight * of[0];
+        second += weight * of[1];
+        third += weight * of[2];
     }
-    SURFLUX_KERNEL void operator+=(const Narrow& other) { low += other.low, high += other.high; }
-    SURFLUX_KERNEL void write(Four& to_low, Four& to_high) const { to_low = low, to_high = high; }
+    SURFLUX_KERNEL void operator+=(const Narrow& other) {
+        first += other.first, second += other.second, third += other.third;
+    }
+    SURFLUX_KERNEL void write(Four (&to)[3]) const { to[0] = first, to[1] = second, to[2] = third; }
 };
 
 struct Wide {
     struct Weights {
-        SURFLUX_KERNEL Weights(const Four& low, const Four& high)
-            : both(__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7)) {}
+        SURFLUX_KERNEL Weights(const Four& first, const Four& second, const Four& third)
+            : both(__builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7)), last(third) {}
         Eight both;
+        Four last;
     };
     Eight both = {};
+    Four last = {};
     template <int k>
-    SURFLUX_KERNEL void add(const Weights& weights, const Four& of_both) {
+    SURFLUX_KERNEL void add(const Weights& weights, const Four& of_all) {
         both += __builtin_shufflevector(weights.both, weights.both, k, k, k, k, 4 + k, 4 + k, 4 + k, 4 + k) *
-                __builtin_shufflevector(of_both, of_both, 0, 1, 2, 3, 0, 1, 2, 3);
+                __builtin_shufflevector(of_all, of_all, 0, 1, 2, 3, 0, 1, 2, 3);
+        last += SURFLUX_SPREAD(weights.last, k) * of_all;
     }
     SURFLUX_KERNEL void add(float weight, const float* from) {
-        Eight of;
-        std::memcpy(&of, from, sizeof of);
-        both += weight * of;
+        Eight of_both;
+        Four of_last;
+        std::memcpy(&of_both, from, sizeof of_both);
+        std::memcpy(&of_last, from + 8, sizeof of_last);
+        both += weight * of_both;
+        last += weight * of_last;
     }
-    SURFLUX_KERNEL void operator+=(const Wide& other) { both += other.both; }
-    SURFLUX_KERNEL void write(Four& to_low, Four& to_high) const {
-        to_low = __builtin_shufflevector(both, both, 0, 1, 2, 3);
-        to_high = __builtin_shufflevector(both, both, 4, 5, 6, 7);
+    SURFLUX_KERNEL void operator+=(const Wide& other) { both += other.both, last += other.last; }
+    SURFLUX_KERNEL void write(Four (&to)[3]) const {
+        to[0] = __builtin_shufflevector(both, both, 0, 1, 2, 3);
+        to[1] = __builtin_shufflevector(both, both, 4, 5, 6, 7);
+        to[2] = last;
     }
 };
+
+#if defined(__x86_64__)
+struct Widest {
+    struct Weights {
+        SURFLUX_KERNEL Weights(const Four& first, const Four& second, const Four& third)
+            : all(__builtin_shufflevector(__builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7),
+                                          __builtin_shufflevector(third, third, 0, 1, 2, 3, 0, 1, 2, 3), 0, 1, 2, 3, 4,
+                                          5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) {}
+        Sixteen all;
+    };
+    Sixteen all = {};
+    template <int k>
+    SURFLUX_KERNEL void add(const Weights& weights, const Four& of_all) {
+        all += __builtin_shufflevector(weights.all, weights.all, k, k, k, k, 4 + k, 4 + k, 4 + k, 4 + k, 8 + k, 8 + k,
+                                       8 + k, 8 + k, 12 + k, 12 + k, 12 + k, 12 + k) *
+               __builtin_shufflevector(of_all, of_all, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+    }
+    SURFLUX_KERNEL void add(float weight, const float* from) {  // and four more, which count for nothing
+        Sixteen of_all;
+        std::memcpy(&of_all, from, sizeof of_all);
+        all += weight * of_all;
+    }
+    SURFLUX_KERNEL void operator+=(const Widest& other) { all += other.all; }
+    SURFLUX_KERNEL void write(Four (&to)[3]) const {
+        to[0] = __builtin_shufflevector(all, all, 0, 1, 2, 3);
+        to[1] = __builtin_shufflevector(all, all, 4, 5, 6, 7);
+        to[2] = __builtin_shufflevector(all, all, 8, 9, 10, 11);
+    }
+};
+#endif
 
 // Links of a row are added by turns to two sums: each addition would wait for the one before it.
 template <class Sums>
@@ -105,8 +148,7 @@ SURFLUX_KERNEL void gather_kernel(const TransportOperator& transport, const floa
     const Slope* slopes = transport.slopes.data();
     for (std::size_t k = begin; k < end; ++k) {
         const TransportOperator::Row& row = transport.rows[k];
-        Sums value_and_u[2];
-        Four v[2] = {};
+        Sums sums[2];
         std::uint32_t l = row.begin;
         for (; l + 4 <= row.end; l += 4) {
             const FourLinks four(transport, l, sent);
@@ -116,36 +158,28 @@ SURFLUX_KERNEL void gather_kernel(const TransportOperator& transport, const floa
             const auto u_and_v = (FourInts) __builtin_convertvector(bytes, EightShorts);
             const Four met_u = four.met * __builtin_convertvector((u_and_v << 16) >> 16, Four);
             const Four met_v = four.met * __builtin_convertvector(u_and_v >> 16, Four);
-            const typename Sums::Weights weights{four.met, met_u};
-#define SURFLUX_ADD(i)                                     \
-    do {                                                   \
-        const Four from = four.template from<i>(sent);     \
-        value_and_u[i % 2].template add<i>(weights, from); \
-        v[i % 2] += SURFLUX_SPREAD(met_v, i) * from;       \
-    } while (false)
-            SURFLUX_ADD(0);
-            SURFLUX_ADD(1);
-            SURFLUX_ADD(2);
-            SURFLUX_ADD(3);
-#undef SURFLUX_ADD
+            const typename Sums::Weights weights{four.met, met_u, met_v};
+            sums[0].template add<0>(weights, four.template from<0>(sent));
+            sums[1].template add<1>(weights, four.template from<1>(sent));
+            sums[0].template add<2>(weights, four.template from<2>(sent));
+            sums[1].template add<3>(weights, four.template from<3>(sent));
         }
         for (; l < row.end; ++l) {
             const float met = TransportOperator::rays_of(transport.links[l]);
             const Four one = {met, met, met, met};
-            const Four from = sent_by(transport.links[l], sent);
-            value_and_u[0].template add<0>({one, one * static_cast<float>(slopes[l].u)}, from);
-            v[0] += one * static_cast<float>(slopes[l].v) * from;
+            const auto u = static_cast<float>(slopes[l].u), v = static_cast<float>(slopes[l].v);
+            sums[0].template add<0>({one, one * u, one * v}, sent_by(transport.links[l], sent));
         }
-        value_and_u[0] += value_and_u[1];
-        v[0] += v[1];
-        Four value, u;
-        value_and_u[0].write(value, u);
+        sums[0] += sums[1];
+        Four found[3];
+        sums[0].write(found);
+        const Four &value = found[0], &u = found[1], &v = found[2];
         constexpr float of_slope = 1.0f / ShotRows::slope_scale;
         const Frame frame = frame_around(transport.normals[k]);
         float* to = out + k * TransportOperator::tilted_channels;
         for (std::size_t c = 0; c < 3; ++c) {
             const float tilt_u = row.per_ray * (of_slope * u[c] - row.u * value[c]);
-            const float tilt_v = row.per_ray * (of_slope * v[0][c] - row.v * value[c]);
+            const float tilt_v = row.per_ray * (of_slope * v[c] - row.v * value[c]);
             to[c] = row.per_ray * value[c];
             for (int axis = 0; axis < 3; ++axis)
                 to[3 * static_cast<std::size_t>(axis + 1) + c] =
@@ -182,17 +216,14 @@ SURFLUX_KERNEL void irradiance_kernel(const SparseRows& at_surfels, const Vec3* 
     const SparseRows::Entry* entries = at_surfels.entries.data();
     const std::size_t count = at_surfels.entries.size();
     for (std::size_t i = begin; i < end; ++i) {
-        Sums first;
-        Four low, middle, high = {};
+        Sums sums;
         for (std::uint32_t k = at_surfels.begin[i]; k < at_surfels.begin[i + 1]; ++k) {
             __builtin_prefetch(coefficients + channels * entries[std::min(k + ahead_entries, count - 1)].column);
-            const float* from = coefficients + channels * entries[k].column;
-            first.add(entries[k].weight, from);
-            Four last;
-            std::memcpy(&last, from + 8, sizeof last);
-            high += entries[k].weight * last;
+            sums.add(entries[k].weight, coefficients + channels * entries[k].column);
         }
-        first.write(low, middle);
+        Four found[3];
+        sums.write(found);
+        const Four &low = found[0], &middle = found[1], &high = found[2];
         const FourDoubles value = __builtin_convertvector(low, FourDoubles),
                           x = __builtin_convertvector(__builtin_shufflevector(low, middle, 3, 4, 5, 5), FourDoubles),
                           y = __builtin_convertvector(__builtin_shufflevector(middle, high, 2, 3, 4, 4), FourDoubles),
@@ -221,6 +252,7 @@ SURFLUX_KERNEL void irradiance_kernel(const SparseRows& at_surfels, const Vec3* 
 SURFLUX_KERNELS(baseline, Narrow, )
 #if defined(__x86_64__)
 SURFLUX_KERNELS(avx2, Wide, [[gnu::target("avx2")]])
+SURFLUX_KERNELS(avx512, Widest, [[gnu::target("avx512f")]])
 #endif
 
 struct Dispatch {
@@ -233,6 +265,7 @@ const Dispatch& dispatch() {
     static const Dispatch chosen = [] {
 #if defined(__x86_64__)
         __builtin_cpu_init();
+        if (__builtin_cpu_supports("avx512f")) return Dispatch{gather_avx512, colors_avx512, irradiance_avx512};
         if (__builtin_cpu_supports("avx2")) return Dispatch{gather_avx2, colors_avx2, irradiance_avx2};
 #endif
         return Dispatch{};
