@@ -12,13 +12,13 @@
 #include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
 #include "surflux/trace/tracer.h"
+#include "surflux/transfer/shadow_rays.h"
 
 namespace surflux {
 
 namespace {
 
 constexpr std::size_t grain = 64;  // nodes whose rays are traced together
-constexpr int levels_at_once = 7;  // of the tree, below which subtrees are planned side by side
 constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3, end_stream = 0x6c4,
                         drawn_stream = 0x6c5;
 constexpr int points_of_light = 64;  // of which one is to be over the horizon
@@ -26,11 +26,11 @@ constexpr int points_of_light = 64;  // of which one is to be over the horizon
 // many points over the horizon.
 constexpr std::size_t more_rays = 4, most_wide = 64;
 constexpr int candidates = 2;
-// Walls make many groups that would send next to nothing. Of those that want less than `certain` of a ray some are
-// drawn, and count for the others (Russian roulette, Arvo and Kirk 1990): neighbours by turns, and mostly the same ones
-// while a lamp moves.
-constexpr double certain = 0.1, least_chance = 0.25, golden_section = 0.6180339887498949;
 constexpr std::size_t together = 16;  // places whose light is asked for at once
+
+Vec3 vec(const float (&v)[3]) {
+    return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
 
 }  // namespace
 
@@ -43,20 +43,14 @@ struct GroupLight::Unoccluded {
     std::vector<float> power;  // that each node would send
     // Of leaves that light meets between all of their samples: where, and from where.
     struct Met {
-        Vec3 position, from;
-        std::uint32_t surfel;
+        Departure place;
+        Vec3 from;
     };
     std::map<std::size_t, Met> beams;
     std::mutex mutex;  // of these
     // Of leaves with disks that share what is narrower than they are: what these have, occluded, and of all of the
     // leaf.
     std::map<std::size_t, double> shared;
-};
-
-struct GroupLight::Shot {
-    std::uint32_t node;
-    std::uint32_t rays;  // more than one of leaves alone
-    float weight;        // one over the chance of having been drawn
 };
 
 GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples,
@@ -66,61 +60,74 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
       samples_(samples),
       points_(points),
       areas_(areas),
-      of_leaves_(groups),
       extents_(groups.leaves.size()) {
     const Surfels& s = scene.scene().surfels;
     for (std::uint32_t i = 0; i < s.size() && !has_disks_; ++i) has_disks_ = !points.is_patch(i);
-    parallel_for(extents_.size(), 256, [&](std::size_t leaf) {
-        Extent& extent = extents_[leaf];
-        NormalCone& all = extent.normals;
-        double count = 0.0;
-        for_lit(leaf, [&](std::uint32_t i) { all.center += s.positions[i], all.axis += s.normals[i], count += 1.0; });
-        all.center = all.center / std::max(1.0, count);
-        all.axis = all.axis / std::max(1.0, count);
-        for_lit(leaf, [&](std::uint32_t i) {
-            const Vec3 to_center = all.center - s.positions[i];
-            extent.radius = std::max(extent.radius, length(to_center) + s.radii[i]);
-            all.height = std::max(all.height, dot(s.normals[i], to_center));
-            all.spread = std::max(all.spread, length(s.normals[i] - all.axis));
+    const SurfelsOfLeaves all(groups);
+    number_ = all.number;
+    first_lit_.assign(1, 0);
+    for (std::size_t leaf = 0; leaf < extents_.size(); ++leaf) {
+        all.for_leaf(leaf, [&](std::uint32_t i) {
+            if (areas[i] > 0.0) lit_.emplace_back().surfel = i;
         });
-    });
+        first_lit_.push_back(static_cast<std::uint32_t>(lit_.size()));
+    }
+    parallel_for(extents_.size(), 256, [&](std::size_t leaf) { describe(leaf); });
 }
 
-// What mean_over_surfels reads, while other leaves are seen to: to wait for each takes half of the time.
-void GroupLight::fetch_surfels(std::size_t leaf) const {
+void GroupLight::describe(std::size_t leaf) {
     const Surfels& s = scene_.scene().surfels;
-    of_leaves_.for_leaf(leaf, [&](std::uint32_t i) {
-        __builtin_prefetch(&areas_[i]);
-        __builtin_prefetch(&s.positions[i]);
-        __builtin_prefetch(&s.normals[i]);
-        __builtin_prefetch(&s.radii[i]);
-    });
+    Extent& extent = extents_[leaf];
+    NormalCone& cone = extent.normals;
+    double count = 0.0;
+    for_lit(leaf, [&](std::uint32_t i) { cone.center += s.positions[i], cone.axis += s.normals[i], count += 1.0; });
+    cone.center = cone.center / std::max(1.0, count);
+    cone.axis = cone.axis / std::max(1.0, count);
+    for (std::uint32_t k = first_lit_[leaf]; k < first_lit_[leaf + 1]; ++k) {
+        const std::uint32_t i = lit_[k].surfel;
+        const Vec3 from_center = s.positions[i] - cone.center;
+        extent.radius = std::max(extent.radius, length(from_center) + s.radii[i]);
+        cone.height = std::max(cone.height, -dot(s.normals[i], from_center));
+        cone.spread = std::max(cone.spread, length(s.normals[i] - cone.axis));
+        for (int axis = 0; axis < 3; ++axis) {
+            lit_[k].from_center[axis] = static_cast<float>(from_center[axis]);
+            lit_[k].normal[axis] = static_cast<float>(s.normals[i][axis]);
+        }
+        lit_[k].radius = static_cast<float>(s.radii[i]);
+        lit_[k].area = static_cast<float>(areas_[i]);
+    }
+}
+
+Receiver GroupLight::whole(std::uint32_t surfel) const {
+    const Surfels& s = scene_.scene().surfels;
+    return {points_, surfel, surfel, s.positions[surfel], s.normals[surfel], true};
 }
 
 // But what disks share.
 double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const {
-    const Surfels& s = scene_.scene().surfels;
+    const Vec3& center = extents_[leaf].normals.center;
     double sum = 0.0, all = 0.0;
-    std::uint32_t surfels[together];
+    const LitSurfel* members[together];
     Vec3 at[together], normals[together];
     double kernels[together];
     std::size_t count = 0;
     const auto add = [&] {
         light.kernels_at(at, normals, count, kernels);
         for (std::size_t k = 0; k < count; ++k) {
-            const std::uint32_t i = surfels[k];
-            sum += areas_[i] * (light.is_even_in(at[k], s.radii[i])
-                                    ? kernels[k]
-                                    : light.mean_kernel({points_, i, i, at[k], normals[k], true}));
+            const LitSurfel& of = *members[k];
+            sum += static_cast<double>(of.area) * (light.is_even_in(at[k], static_cast<double>(of.radius))
+                                                       ? kernels[k]
+                                                       : light.mean_kernel(whole(of.surfel)));
         }
         count = 0;
     };
-    for_lit(leaf, [&](std::uint32_t i) {
-        all += areas_[i];
-        if (narrow.of(light.index, i) != nullptr) return;
-        surfels[count] = i, at[count] = s.positions[i], normals[count] = s.normals[i];
+    for (std::uint32_t k = first_lit_[leaf]; k < first_lit_[leaf + 1]; ++k) {
+        const LitSurfel& of = lit_[k];
+        all += static_cast<double>(of.area);
+        if (narrow.of(light.index, of.surfel) != nullptr) continue;
+        members[count] = &of, at[count] = center + vec(of.from_center), normals[count] = vec(of.normal);
         if (++count == together) add();
-    });
+    }
     add();
     return all > 0.0 ? sum / all : 0.0;
 }
@@ -132,23 +139,23 @@ void GroupLight::find_beam(const Emitter& light, const NarrowLight& narrow, std:
     double most = 0.0;
     Unoccluded::Met met{};
     for_lit(leaf, [&](std::uint32_t i) {
-        const Receiver receiver{points_, i, i, s.positions[i], s.normals[i], true};
+        const Receiver receiver = whole(i);
         const double power = areas_[i] * light.mean_kernel(receiver);
         if (!(power > most) || narrow.of(light.index, i) != nullptr) return;
         most = power;
-        met = {s.positions[i], {}, i};
+        met.place = {s.positions[i], s.normals[i], i};
         std::vector<Triangle> lit;
         light.find_lit(receiver, lit);
         const auto less = [](const Triangle& a, const Triangle& b) { return area_of(a) < area_of(b); };
         if (const auto largest = std::max_element(lit.begin(), lit.end(), less); largest != lit.end())
-            met.position = points_.inset(i, (largest->a + largest->b + largest->c) / 3.0);
+            met.place.position = points_.inset(i, (largest->a + largest->b + largest->c) / 3.0);
     });
     // Of a lamp that hardly rises over the horizon a point that does.
     EvenPoints even(2, seed + beam_stream, leaf);
     double highest = -1.0;
     for (int k = 0; k < points_of_light; ++k) {
         const double* u = even.next();
-        const Arrival arrival = light.arrival(met.position, s.normals[met.surfel], u[0], u[1]);
+        const Arrival arrival = light.arrival(met.place.position, met.place.normal, u[0], u[1]);
         if (arrival.kernel > highest) highest = arrival.kernel, met.from = arrival.from;
     }
     const std::lock_guard lock(out.mutex);
@@ -161,7 +168,7 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
     if (!narrow.is_empty())
         for (const auto& [surfel, part] : narrow.lit(light.index))
             if (areas_[surfel] > 0.0)
-                out.shared[of_leaves_.number[groups_.leaf_of_surfel[surfel]]] += areas_[surfel] * part.irradiance;
+                out.shared[number_[groups_.leaf_of_surfel[surfel]]] += areas_[surfel] * part.irradiance;
     for (auto& [leaf, sum] : out.shared) {
         double area = 0.0;
         for_lit(leaf, [&](std::uint32_t i) { area += areas_[i]; });
@@ -210,7 +217,6 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
             }
             if (!light.is_even_in(extents_[leaf].normals.center, extents_[leaf].radius) || out.shared.count(leaf) > 0) {
                 uneven.emplace_back(leaf, sum);
-                fetch_surfels(leaf);
             } else {
                 keep(leaf, sum / static_cast<double>(n));
             }
@@ -258,64 +264,8 @@ Vec3 GroupLight::end_of(const Emitter& emitter, std::size_t sample, Random& rand
     return from;
 }
 
-// A cut through the tree below which each node has a ray or, of leaves, more. Where a ray arrives on one side of a wall
-// says nothing of the other.
-std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays, bool across,
-                                               std::uint64_t seed) const {
-    std::vector<Shot> out;
-    const double all = groups_.size() > 0 ? static_cast<double>(light.power[0]) : 0.0;
-    if (!(all > 0.0)) return out;
-    const double offset = Random(seed + drawn_stream).uniform(), scale = static_cast<double>(rays) / all;
-    const auto wanted_of = [&](std::uint32_t node) { return scale * static_cast<double>(light.power[node]); };
-    const auto fraction = [](double value) { return value - std::floor(value); };
-    const auto is_cut = [&](std::uint32_t k) {
-        const double wanted = groups_.nodes[k].is_leaf() ? 0.0 : wanted_of(k);
-        return wanted > 1.0 || (wanted > 0.0 && !across && groups_.nodes[k].is_walled());
-    };
-    const auto add = [&](std::uint32_t k, std::vector<Shot>& shots) {
-        const SenderGroups::Node& node = groups_.nodes[k];
-        const double wanted = wanted_of(k);
-        if (wanted == 0.0) return;
-        // Of what would share a ray but for a wall.
-        const bool is_part_of_one = node.parent != SenderGroups::none && wanted_of(node.parent) <= 1.0;
-        const double chance = is_part_of_one ? std::clamp(std::sqrt(wanted / certain), least_chance, 1.0) : 1.0;
-        if (chance < 1.0 && fraction(offset + golden_section * static_cast<double>(k)) >= chance) return;
-        const std::size_t most = !node.is_leaf()                                 ? 1
-                                 : wide_samples(light, of_leaves_.number[k]) > 0 ? most_wide
-                                                                                 : samples_.of_leaf;
-        const auto count = std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most);
-        shots.push_back({k, static_cast<std::uint32_t>(count), static_cast<float>(1.0 / chance)});
-    };
-    // Subtrees side by side.
-    std::vector<std::uint32_t> tops{0};
-    for (int level = 0; level < levels_at_once; ++level) {
-        std::vector<std::uint32_t> below;
-        for (const std::uint32_t k : tops) {
-            const std::uint32_t child = groups_.nodes[k].child;
-            if (is_cut(k))
-                below.insert(below.end(), {child, child + 1});
-            else
-                below.push_back(k);
-        }
-        tops.swap(below);
-    }
-    std::vector<std::vector<Shot>> of_tops(tops.size());
-    parallel_for(tops.size(), 1, [&](std::size_t top) {
-        for (std::vector<std::uint32_t> open{tops[top]}; !open.empty();) {
-            const std::uint32_t k = open.back(), child = groups_.nodes[k].child;
-            open.pop_back();
-            if (is_cut(k))
-                open.insert(open.end(), {child + 1, child});
-            else
-                add(k, of_tops[top]);
-        }
-    });
-    for (const std::vector<Shot>& shots : of_tops) out.insert(out.end(), shots.begin(), shots.end());
-    return out;
-}
-
 // Samples that the rays of a node leave, drawn by what they would send.
-void GroupLight::aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed,
+void GroupLight::aim(const ShadowRays& shot, const Unoccluded& light, std::uint64_t seed,
                      std::vector<std::size_t>& samples) const {
     Random random(seed + ray_stream, shot.node);
     std::uint32_t at = shot.node;
@@ -326,21 +276,20 @@ void GroupLight::aim(const Shot& shot, const Unoccluded& light, std::uint64_t se
               light.power[child + 1] > 0.0f);
     }
     const std::size_t n = samples_.of_leaf;
-    const float* kernel = light.kernels.data() + of_leaves_.number[at] * n;
+    const float* kernel = light.kernels.data() + number_[at] * n;
     const double sum = std::accumulate(kernel, kernel + n, 0.0);
     const double offset = random.uniform();
     double up_to = static_cast<double>(kernel[0]);
     for (std::size_t k = 0, p = 0; k < shot.rays; ++k) {
         const double to = (static_cast<double>(k) + offset) / static_cast<double>(shot.rays) * sum;
         while ((up_to <= to || kernel[p] == 0.0f) && p + 1 < n) up_to += static_cast<double>(kernel[++p]);
-        samples.push_back(of_leaves_.number[at] * n + p);
+        samples.push_back(number_[at] * n + p);
     }
 }
 
 std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, const std::vector<float>& reflectance,
                                           const GroupLightOptions& options) const {
     const Tracer& tracer = scene_.tracer();
-    const Surfels& s = scene_.scene().surfels;
     std::vector<float> out(colors * groups_.size(), 0.0f);
     const auto emitters = emitters_of(lights);
     const NarrowLight narrow = has_disks_ && options.shares_narrow
@@ -350,23 +299,25 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
         Unoccluded all;
         find_unoccluded(*light, narrow, reflectance, options.seed, all);
         const auto more = static_cast<double>(more_rays - 1) * wide_share(all);
-        const std::vector<Shot> shots =
-            plan(all, options.rays + static_cast<std::size_t>(more * static_cast<double>(options.rays)),
-                 options.shares_across, options.seed);
+        const auto most_rays = [&](std::uint32_t leaf) {
+            return wide_samples(all, number_[leaf]) > 0 ? most_wide : samples_.of_leaf;
+        };
+        const std::vector<ShadowRays> shots = plan_shadow_rays(
+            groups_, all.power, options.rays + static_cast<std::size_t>(more * static_cast<double>(options.rays)),
+            options.shares_across, options.seed + drawn_stream, most_rays);
         parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
             std::vector<std::size_t> samples;
             std::vector<Ray> rays;
             std::vector<char> free;
             for (std::size_t k = begin; k < end; ++k) aim(shots[k], all, options.seed, samples);
-            for (const std::size_t p : samples) __builtin_prefetch(&s.normals[samples_.samples[p].surfel]);
             Random random(options.seed + end_stream, begin);
             for (const std::size_t p : samples) {
-                Unoccluded::Met met{samples_.position(p), light->extended ? all.from[p] : all.from_all,
-                                    samples_.samples[p].surfel};
-                if (!all.is_wide.empty() && all.is_wide[p]) met.from = end_of(*light, p, random);
-                if (const auto beam = all.beams.find(p / samples_.of_leaf); beam != all.beams.end()) met = beam->second;
-                const Departure place{met.position, s.normals[met.surfel], met.surfel};
-                rays.push_back(light->distant ? Ray{place, met.from} : segment(place, met.from));
+                Vec3 from = light->extended ? all.from[p] : all.from_all;
+                if (!all.is_wide.empty() && all.is_wide[p]) from = end_of(*light, p, random);
+                Departure place{samples_.position(p), samples_.normal(p), samples_.samples[p].surfel};
+                if (const auto beam = all.beams.find(p / samples_.of_leaf); beam != all.beams.end())
+                    place = beam->second.place, from = beam->second.from;
+                rays.push_back(light->distant ? Ray{place, from} : segment(place, from));
             }
             tracer.free(rays, free);
             std::vector<std::uint32_t> below;
@@ -383,7 +334,7 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
                         below.push_back(groups_.nodes[node].child + 1);
                         continue;
                     }
-                    const float mean = share * all.means[of_leaves_.number[node]];
+                    const float mean = share * all.means[number_[node]];
                     for (int c = 0; c < 3; ++c)
                         out[colors * node + static_cast<std::size_t>(c)] += mean * static_cast<float>(light->color[c]);
                 }

@@ -13,6 +13,8 @@
 
 namespace surflux {
 
+struct ShadowRays;
+
 struct GroupLightOptions {
     std::size_t rays = 16384;  // shadow rays towards each light, about; of wide ones up to four times as many
     std::uint64_t seed = 0;
@@ -40,30 +42,36 @@ private:
     // Calls visit(surfel) for those of a leaf that receive light.
     template <class Visit>
     void for_lit(std::size_t leaf, const Visit& visit) const {
-        of_leaves_.for_leaf(leaf, [&](std::uint32_t i) {
-            if (areas_[i] > 0.0) visit(i);
-        });
+        for (std::uint32_t k = first_lit_[leaf]; k < first_lit_[leaf + 1]; ++k) visit(lit_[k].surfel);
     }
+    void describe(std::size_t leaf);
+    Receiver whole(std::uint32_t surfel) const;
     struct Unoccluded;  // light of all samples
-    struct Shot;        // rays of a node
     void find_unoccluded(const Emitter& light, const NarrowLight& narrow, const std::vector<float>& reflectance,
                          std::uint64_t seed, Unoccluded& out) const;
     void find_beam(const Emitter& light, const NarrowLight& narrow, std::size_t leaf, std::uint64_t seed,
                    Unoccluded& out) const;
-    void fetch_surfels(std::size_t leaf) const;
     double mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const;
     double wide_share(const Unoccluded& light) const;
     std::size_t wide_samples(const Unoccluded& light, std::size_t leaf) const;
     Vec3 end_of(const Emitter& emitter, std::size_t sample, Random& random) const;
-    std::vector<Shot> plan(const Unoccluded& light, std::size_t rays, bool across, std::uint64_t seed) const;
-    void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
+    void aim(const ShadowRays& shot, const Unoccluded& light, std::uint64_t seed,
+             std::vector<std::size_t>& samples) const;
 
     const CompiledScene& scene_;
     const SenderGroups& groups_;
     const SenderSamples& samples_;
     const SurfelPoints& points_;
     const std::vector<double>& areas_;
-    const SurfelsOfLeaves of_leaves_;
+    std::vector<std::uint32_t> number_;  // of each node that is a leaf
+    // What of a surfel is asked for where light is uneven in its leaf, leaf by leaf: to fetch it from where surfels are
+    // takes half of the time.
+    struct LitSurfel {
+        std::uint32_t surfel;
+        float from_center[3], normal[3], radius, area;
+    };
+    std::vector<LitSurfel> lit_;
+    std::vector<std::uint32_t> first_lit_;  // of each leaf, and the end
     struct Extent {
         NormalCone normals;
         double radius = 0.0;  // of a sphere around its center

@@ -27,7 +27,9 @@ std::vector<Rgb> LocalTransfer::direct(const std::vector<Light>& lights, const D
 std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance,
                                          const RelightOptions& options) const {
     const SenderGroups& senders = operator_.senders;
-    const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas);
+    const std::vector<float> other =
+        reflectance.empty() ? std::vector<float>() : senders.means(reflectance, operator_.areas);
+    const std::vector<float>& own = reflectance.empty() ? reflectance_ : other;
     std::vector<float> direct;  // of no bounces nothing asks for it
     if (options.bounces != 0) {
         direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
@@ -39,7 +41,6 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     std::vector<float>&values = (*tilted).values, &coefs = (*tilted).coefs;
     operator_.gather_tilted(all, values);
     operator_.coefficients(values, TransportOperator::tilted_channels, coefs);
-    coefs.resize(coefs.size() + 4);  // see irradiance_at_rows
     const Surfels& s = scene_->scene().surfels;
     std::vector<Rgb> out(s.size());
     parallel_blocks(s.size(), 512, [&](std::size_t begin, std::size_t end) {

@@ -55,13 +55,15 @@ public:
         });
     }
 
-    // Adds so many reflections of what is sent.
-    void add(int bounces, std::vector<float> sent, std::vector<float>& all) {
+    // Adds so many reflections of what is emitted, and, from the first on, of direct light.
+    void add(int bounces, const std::vector<float>& direct, std::vector<float>& all) {
+        std::vector<float> sent = all;
         for (int bounce = 0; bounce < bounces; ++bounce) {
             const std::vector<float>& arrived = received(sent);
-            for_leaves([&](std::size_t, std::size_t k, float rho) {
-                sent[k] = rho * arrived[k];
-                all[k] += sent[k];
+            const float* more = bounce == 0 ? direct.data() : nullptr;
+            parallel_blocks(senders_.leaves.size(), 2048, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t of_leaf = begin; of_leaf < end; ++of_leaf)
+                    reflect(senders_.leaves[of_leaf], arrived.data(), more, sent.data(), all.data());
             });
         }
     }
@@ -105,6 +107,17 @@ public:
     }
 
 private:
+    // All four floats of a color at once: the last one is 0.
+    void reflect(std::size_t leaf, const float* arrived, const float* more, float* sent, float* all) const {
+        float reflectance[colors], of_leaf[colors];
+        std::copy_n(reflectance_.data() + colors * leaf, colors, reflectance);
+        for (std::size_t k = leaf * channels_; k < (leaf + 1) * channels_; k += colors) {
+            for (std::size_t c = 0; c < colors; ++c)
+                of_leaf[c] = reflectance[c] * (more != nullptr ? arrived[k + c] + more[k + c] : arrived[k + c]);
+            for (std::size_t c = 0; c < colors; ++c) sent[k + c] = of_leaf[c], all[k + c] += of_leaf[c];
+        }
+    }
+
     const TransportOperator& transport_;
     const SenderGroups& senders_;
     const std::size_t channels_, unknowns_;  // of each leaf
@@ -166,14 +179,7 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, c
     Reflections reflections(transport, channels, reflectance);
     std::vector<float> all = emission;
     if (bounces > 0) {
-        // The first reflection is that of direct light, too.
-        std::vector<float> sent = emission;
-        const std::vector<float>& arrived = reflections.received(sent);
-        reflections.for_leaves([&](std::size_t, std::size_t k, float rho) {
-            sent[k] = rho * (arrived[k] + direct[k]);
-            all[k] += sent[k];
-        });
-        reflections.add(bounces - 1, std::move(sent), all);
+        reflections.add(bounces, direct, all);
     } else if (bounces < 0) {
         std::vector<float> first = emission;
         reflections.for_leaves([&](std::size_t, std::size_t k, float rho) { first[k] += rho * direct[k]; });

@@ -8,13 +8,12 @@ namespace surflux {
 
 namespace {
 
-// The bodies are written once and inlined into one function per instruction set. None may fuse a multiplication and an
-// addition, which would round otherwise: see CMakeLists.txt.
+// The bodies are written once and inlined into one function per instruction set, none of which has FMA: that would
+// round otherwise.
 #define SURFLUX_KERNEL [[gnu::always_inline]] inline
 
 typedef float Four __attribute__((vector_size(16)));
 typedef float Eight __attribute__((vector_size(32)));
-typedef float Sixteen __attribute__((vector_size(64)));
 typedef double FourDoubles __attribute__((vector_size(32)));
 typedef std::int32_t FourInts __attribute__((vector_size(16)));
 typedef std::int16_t EightShorts __attribute__((vector_size(16)));
@@ -22,7 +21,7 @@ typedef std::int8_t EightBytes __attribute__((vector_size(8)));
 
 static_assert(TransportOperator::tilted_channels == 12 && colors == 4);
 
-constexpr std::size_t ahead_links = 32, ahead_entries = 32;
+constexpr std::size_t ahead_entries = 32;
 
 // Filled with its element k.
 #define SURFLUX_SPREAD(of, k) __builtin_shufflevector(of, of, k, k, k, k)
@@ -33,13 +32,9 @@ SURFLUX_KERNEL Four sent_by(TransportOperator::Link link, const float* sent) {
     return out;
 }
 
-// Four links at once: what each met, in numbers of rays. Those of later ones are fetched.
+// Four links at once: what each met, in numbers of rays.
 struct FourLinks {
-    SURFLUX_KERNEL FourLinks(const TransportOperator& transport, std::uint32_t first, const float* sent)
-        : links(transport.links.data() + first) {
-        const std::size_t next = std::min(first + ahead_links, transport.links.size() - 4) - first;
-        for (std::size_t i = next; i < next + 4; ++i)
-            __builtin_prefetch(sent + colors * TransportOperator::sender(links[i]));
+    SURFLUX_KERNEL explicit FourLinks(const TransportOperator::Link* first) : links(first) {
         FourInts four;
         std::memcpy(&four, links, sizeof four);
         met = __builtin_convertvector(four & ((1 << TransportOperator::ray_bits) - 1), Four);
@@ -52,7 +47,7 @@ struct FourLinks {
     Four met;
 };
 
-// Sums of twelve floats, in three registers, in two or in one. Weights are those of four numbers: of number k, three,
+// Sums of twelve floats, in three registers or in two. Weights are those of four numbers: of number k, three,
 // one for each four of the floats.
 struct Narrow {
     struct Weights {
@@ -109,36 +104,6 @@ struct Wide {
     }
 };
 
-#if defined(__x86_64__)
-struct Widest {
-    struct Weights {
-        SURFLUX_KERNEL Weights(const Four& first, const Four& second, const Four& third)
-            : all(__builtin_shufflevector(__builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7),
-                                          __builtin_shufflevector(third, third, 0, 1, 2, 3, 0, 1, 2, 3), 0, 1, 2, 3, 4,
-                                          5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) {}
-        Sixteen all;
-    };
-    Sixteen all = {};
-    template <int k>
-    SURFLUX_KERNEL void add(const Weights& weights, const Four& of_all) {
-        all += __builtin_shufflevector(weights.all, weights.all, k, k, k, k, 4 + k, 4 + k, 4 + k, 4 + k, 8 + k, 8 + k,
-                                       8 + k, 8 + k, 12 + k, 12 + k, 12 + k, 12 + k) *
-               __builtin_shufflevector(of_all, of_all, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-    }
-    SURFLUX_KERNEL void add(float weight, const float* from) {  // and four more, which count for nothing
-        Sixteen of_all;
-        std::memcpy(&of_all, from, sizeof of_all);
-        all += weight * of_all;
-    }
-    SURFLUX_KERNEL void operator+=(const Widest& other) { all += other.all; }
-    SURFLUX_KERNEL void write(Four (&to)[3]) const {
-        to[0] = __builtin_shufflevector(all, all, 0, 1, 2, 3);
-        to[1] = __builtin_shufflevector(all, all, 4, 5, 6, 7);
-        to[2] = __builtin_shufflevector(all, all, 8, 9, 10, 11);
-    }
-};
-#endif
-
 // Links of a row are added by turns to two sums: each addition would wait for the one before it.
 template <class Sums>
 SURFLUX_KERNEL void gather_kernel(const TransportOperator& transport, const float* sent, std::size_t begin,
@@ -151,7 +116,7 @@ SURFLUX_KERNEL void gather_kernel(const TransportOperator& transport, const floa
         Sums sums[2];
         std::uint32_t l = row.begin;
         for (; l + 4 <= row.end; l += 4) {
-            const FourLinks four(transport, l, sent);
+            const FourLinks four(transport.links.data() + l);
             // Slopes of four links, of which u is in the lower half of 32 bits.
             EightBytes bytes;
             std::memcpy(&bytes, slopes + l, sizeof bytes);
@@ -196,7 +161,7 @@ SURFLUX_KERNEL void colors_kernel(const TransportOperator& transport, const floa
         Four sums[2] = {};
         std::uint32_t l = row.begin;
         for (; l + 4 <= row.end; l += 4) {
-            const FourLinks four(transport, l, sent);
+            const FourLinks four(transport.links.data() + l);
             sums[0] += SURFLUX_SPREAD(four.met, 0) * four.from<0>(sent);
             sums[1] += SURFLUX_SPREAD(four.met, 1) * four.from<1>(sent);
             sums[0] += SURFLUX_SPREAD(four.met, 2) * four.from<2>(sent);
@@ -252,7 +217,6 @@ SURFLUX_KERNEL void irradiance_kernel(const SparseRows& at_surfels, const Vec3* 
 SURFLUX_KERNELS(baseline, Narrow, )
 #if defined(__x86_64__)
 SURFLUX_KERNELS(avx2, Wide, [[gnu::target("avx2")]])
-SURFLUX_KERNELS(avx512, Widest, [[gnu::target("avx512f")]])
 #endif
 
 struct Dispatch {
@@ -265,7 +229,6 @@ const Dispatch& dispatch() {
     static const Dispatch chosen = [] {
 #if defined(__x86_64__)
         __builtin_cpu_init();
-        if (__builtin_cpu_supports("avx512f")) return Dispatch{gather_avx512, colors_avx512, irradiance_avx512};
         if (__builtin_cpu_supports("avx2")) return Dispatch{gather_avx2, colors_avx2, irradiance_avx2};
 #endif
         return Dispatch{};

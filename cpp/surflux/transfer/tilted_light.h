@@ -21,7 +21,7 @@ void gather_color_rows(const TransportOperator& transport, const float* sent, st
                        float* out);
 
 // Irradiance at surfels with such normals, `at_surfels` being TransportOperator::at_surfels: of `begin` to `end`, from
-// coefficients with gradients, `tilted_channels` of each function, behind which four more floats are read.
+// coefficients with gradients, `tilted_channels` of each function.
 void irradiance_at_rows(const SparseRows& at_surfels, const std::vector<Vec3>& normals, const float* coefficients,
                         std::size_t begin, std::size_t end, Rgb* out);
 
