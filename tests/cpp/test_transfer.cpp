@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -272,6 +273,41 @@ TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
     found.receive(of_all, 1, by_all);
     found.receive(of_part, 1, by_part);
     EXPECT_EQ(by_all, by_part);
+}
+
+// Colors are gathered four links at once, of which rows have any number.
+TEST(TransportOperator, ColorsAreGatheredAsAnyOtherChannels) {
+    Scene room;
+    append(room, shapes::cube_inside(20, 0.5, 0.0));
+    const CompiledScene compiled(room);
+    OperatorOptions options;
+    options.epsilon = 0.02;
+    Figures timings;
+    const TransportOperator found = build_operator(compiled, options, {}, timings);
+    std::set<std::uint32_t> left;
+    for (const TransportOperator::Row& row : found.rows) left.insert((row.end - row.begin) % 4);
+    EXPECT_EQ(left.size(), 4u);
+    std::vector<float> sent(colors * found.senders.size());
+    for (std::size_t k = 0; k < sent.size(); ++k) sent[k] = static_cast<float>(1 + k % 11);
+    for (const auto part : {TransportOperator::Part::all, TransportOperator::Part::bounces}) {
+        std::vector<float> together;
+        found.gather(sent, colors, together, part);
+        for (std::size_t c = 0; c < colors; ++c) {
+            std::vector<float> one(found.senders.size()), apart;
+            for (std::size_t k = 0; k < one.size(); ++k) one[k] = sent[colors * k + c];
+            found.gather(one, 1, apart, part);
+            for (std::size_t k = 0; k < apart.size(); ++k)
+                EXPECT_NEAR(together[colors * k + c], apart[k], 1e-5f * apart[k]);
+        }
+    }
+    std::vector<float> tilted, together;
+    found.gather_tilted(sent, tilted);
+    found.gather(sent, colors, together);
+    for (std::size_t k = 0; k < found.rows.size(); ++k)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float value = tilted[TransportOperator::tilted_channels * k + c];
+            EXPECT_NEAR(value, together[colors * k + c], 1e-5f * value);
+        }
 }
 
 // A beam between the samples of all leaves: one of them has its light, and a ray from where it is lit.
