@@ -237,7 +237,7 @@ SHOWN = (
     "frames",
     "frame_ms",
 )
-SHOWN += ("worst", "uncertainty", "worst_of_three", "worst_of_indirect", "uncertainty_of_indirect")
+SHOWN += ("worst", "uncertainty", "estimate", "worst_of_three", "worst_of_indirect", "uncertainty_of_indirect")
 
 
 def shown(row):
@@ -250,15 +250,15 @@ def short_table(rows):
     """The guide's table, of what `shown` gives."""
     lines = [
         "| scene | surfels | seeds | precomputed in, s | MB | at the peak, GB | one lamp, ms | a bounce, ms | frames/s "
-        "| error of all light, % | of indirect light, % |",
-        "|---|" + "--:|" * 10,
+        "| error of all light, % | its own estimate, % | of indirect light, % |",
+        "|---|" + "--:|" * 11,
     ]
     for row in (Row(triangles=0, **row) for row in rows):
         about = CASES[row.scene].about if row.scene in CASES else ""
         cells = [row.scene + about, str(row.surfels), str(row.seeds), _said(row, "seconds", 1, 0)]
         cells += [_said(row, "megabytes", 1, 0), _said(row, "gigabytes", 1, 1), _said(row, "relight_ms", 1, 0)]
         cells += [_said(row, "bounce_ms", 1, 1), _said(row, "frames", 1, 0)]
-        cells += [_said(row, "worst", 100, 1, row.uncertainty)]
+        cells += [_said(row, "worst", 100, 1, row.uncertainty), _said(row, "estimate", 100, 1)]
         cells += [_said(row, "worst_of_indirect", 100, 1, row.uncertainty_of_indirect)]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
