@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
+#include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/meshless/inside.h"
@@ -171,10 +173,14 @@ void SurfelMeans::extend(std::size_t spacing_level, const Progress& progress) {
                     for (; to < all.size() && all[to].function == all[from].function; ++to) sum += all[to].weight;
                     out.push_back({all[from].function, static_cast<float>(share * sum)});
                 }
-                rows.begin[k + 1] = out.size() - before;
+                rows.begin[k + 1] = static_cast<std::uint32_t>(out.size() - before);
             }
         },
         progress);
+    std::size_t weights = 0;
+    for (const std::vector<Entry>& block : found) weights += block.size();
+    require(weights <= std::numeric_limits<std::uint32_t>::max(), "radius: a level of the basis has ", weights,
+            " weights at surfels, more than 2^32; wanted larger ones, or fewer surfels");
     for (std::size_t i = 0; i < n; ++i) rows.begin[i + 1] += rows.begin[i];
     rows.entries.reserve(rows.begin[n]);
     for (std::vector<Entry>& block : found) {

@@ -51,7 +51,7 @@ public:
     template <class Visit>
     void for_functions(std::size_t i, const Visit& visit) const {
         for (const Rows& rows : levels_)
-            for (std::uint64_t k = rows.begin[i]; k < rows.begin[i + 1]; ++k)
+            for (std::uint32_t k = rows.begin[i]; k < rows.begin[i + 1]; ++k)
                 visit(rows.entries[k].function, static_cast<double>(rows.entries[k].weight));
     }
     // How many those are of all surfels together.
@@ -72,7 +72,7 @@ private:
         float weight;
     };
     struct Rows {
-        std::vector<std::uint64_t> begin;  // of each surfel, and the end
+        std::vector<std::uint32_t> begin;  // of each surfel, and the end
         std::vector<Entry> entries;
     };
     int all_places() const { return static_cast<int>(options_.tuning.all_places); }

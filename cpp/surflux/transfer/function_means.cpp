@@ -12,39 +12,61 @@ namespace {
 // Functions of less than this, and less than so much of the largest of their level, are left to those of more.
 constexpr double least_share = 0.0125, of_largest = 0.1;
 
+// Of two passes that are one stage.
+Progress half_of(const Progress& progress, std::size_t pass) {
+    if (!progress) return {};
+    return [&progress, pass](std::size_t done, std::size_t total) { return progress(pass * total + done, 2 * total); };
+}
+
 }  // namespace
 
 SparseRows means_at_surfels(const SurfelMeans& means, const MultilevelBasis& basis,
                             const std::vector<std::uint32_t>& number, std::size_t surfels, const Progress& progress) {
-    SparseRows out;
     struct Share {
         std::uint32_t function;
         std::size_t level;
         double weight;
     };
-    std::vector<Share> shares;
-    std::vector<double> all(basis.levels()), kept(basis.levels()), largest(basis.levels());
-    for (std::size_t i = 0; i < surfels; ++i) {
-        report_some(progress, i, surfels, 8192);
-        shares.clear();
-        for (std::vector<double>* sums : {&all, &kept, &largest}) std::fill(sums->begin(), sums->end(), 0.0);
-        means.for_functions(i, [&](std::uint32_t j, double weight) {
-            if (number[j] == Receivers::none) return;
-            const std::size_t level = basis.level_of(j);
-            all[level] += weight;
-            largest[level] = std::max(largest[level], weight);
-            shares.push_back({number[j], level, weight});
-        });
-        const auto is_small = [&](const Share& share) {
-            return share.weight <= std::min(least_share, of_largest * largest[share.level]);
-        };
-        shares.erase(std::remove_if(shares.begin(), shares.end(), is_small), shares.end());
-        for (const Share& share : shares) kept[share.level] += share.weight;
-        for (const Share& share : shares)
-            out.entries.push_back(
-                {share.function, static_cast<float>(share.weight * all[share.level] / kept[share.level])});
-        out.end_row();
-    }
+    // Calls visit(surfel, shares) for all, in blocks side by side.
+    const auto for_surfels = [&](const Progress& of_pass, const auto& visit) {
+        parallel_blocks(
+            surfels, 1024,
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<Share> shares;
+                std::vector<double> all(basis.levels()), kept(basis.levels()), largest(basis.levels());
+                for (std::size_t i = begin; i < end; ++i) {
+                    shares.clear();
+                    for (std::vector<double>* sums : {&all, &kept, &largest})
+                        std::fill(sums->begin(), sums->end(), 0.0);
+                    means.for_functions(i, [&](std::uint32_t j, double weight) {
+                        if (number[j] == Receivers::none) return;
+                        const std::size_t level = basis.level_of(j);
+                        all[level] += weight;
+                        largest[level] = std::max(largest[level], weight);
+                        shares.push_back({number[j], level, weight});
+                    });
+                    const auto is_small = [&](const Share& share) {
+                        return share.weight <= std::min(least_share, of_largest * largest[share.level]);
+                    };
+                    shares.erase(std::remove_if(shares.begin(), shares.end(), is_small), shares.end());
+                    for (const Share& share : shares) kept[share.level] += share.weight;
+                    for (Share& share : shares) share.weight *= all[share.level] / kept[share.level];
+                    visit(i, shares);
+                }
+            },
+            of_pass);
+    };
+    // Counted first, for there are many: an array that grows takes up to three times as much.
+    SparseRows out;
+    std::vector<std::uint32_t> counts(surfels);
+    for_surfels(half_of(progress, 0), [&](std::size_t i, const std::vector<Share>& shares) {
+        counts[i] = static_cast<std::uint32_t>(shares.size());
+    });
+    out.resize_rows(counts);
+    for_surfels(half_of(progress, 1), [&](std::size_t i, const std::vector<Share>& shares) {
+        SparseRows::Entry* to = out.entries.data() + out.begin[i];
+        for (const Share& share : shares) *to++ = {share.function, static_cast<float>(share.weight)};
+    });
     return out;
 }
 

@@ -223,14 +223,21 @@ std::vector<Cluster> patch_nooks(const BasisSight& sight, const SurfelPoints& po
 }
 
 void give_own_functions(const std::vector<SparseRows::Entry>& own, SparseRows& at_surfels) {
-    SparseRows all;
+    std::vector<std::uint32_t> counts(own.size());
+    bool any = false;
     for (std::size_t i = 0; i < own.size(); ++i) {
-        if (own[i].column != Receivers::none)
-            all.entries.push_back(own[i]);
-        else
-            at_surfels.for_row(i, [&](std::uint32_t of, float weight) { all.entries.push_back({of, weight}); });
-        all.end_row();
+        const bool is_own = own[i].column != Receivers::none;
+        counts[i] = is_own ? 1 : at_surfels.begin[i + 1] - at_surfels.begin[i];
+        any = any || is_own;
     }
+    if (!any) return;
+    SparseRows all;
+    all.resize_rows(counts);
+    for (std::size_t i = 0; i < own.size(); ++i)
+        if (own[i].column != Receivers::none)
+            all.entries[all.begin[i]] = own[i];
+        else
+            std::copy_n(at_surfels.entries.data() + at_surfels.begin[i], counts[i], all.entries.data() + all.begin[i]);
     at_surfels = std::move(all);
 }
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <type_traits>
 #include <vector>
 
@@ -34,17 +35,23 @@ struct SparseRows {
 
     std::size_t rows() const { return begin.size() - 1; }
     void end_row() {
-        require(entries.size() <= std::numeric_limits<std::uint32_t>::max(),
-                "a sparse matrix of more than 2^32 entries");
+        require_few(entries.size());
         begin.push_back(static_cast<std::uint32_t>(entries.size()));
     }
     // Rows of another one behind its own.
     void append(const SparseRows& other) {
-        require(entries.size() + other.entries.size() <= std::numeric_limits<std::uint32_t>::max(),
-                "a sparse matrix of more than 2^32 entries");
+        require_few(entries.size() + other.entries.size());
         const auto offset = static_cast<std::uint32_t>(entries.size());
         entries.insert(entries.end(), other.entries.begin(), other.entries.end());
         for (std::size_t row = 1; row < other.begin.size(); ++row) begin.push_back(offset + other.begin[row]);
+    }
+
+    // Rows of so many entries each, which are to be filled in: all memory at once.
+    void resize_rows(const std::vector<std::uint32_t>& counts) {
+        require_few(std::accumulate(counts.begin(), counts.end(), std::size_t{0}));
+        begin.assign(counts.size() + 1, 0);
+        for (std::size_t row = 0; row < counts.size(); ++row) begin[row + 1] = begin[row] + counts[row];
+        entries.resize(begin.back());
     }
 
     template <class Visit>
@@ -59,6 +66,10 @@ struct SparseRows {
     }
 
 private:
+    static void require_few(std::size_t count) {
+        require(count <= std::numeric_limits<std::uint32_t>::max(), "a sparse matrix of more than 2^32 entries");
+    }
+
     template <class Channels, class Visit>
     void multiply_by(const std::vector<float>& values, const Channels channels, const Visit& visit) const {
         constexpr std::size_t ahead = 16;  // entries
