@@ -41,6 +41,8 @@ public:
 
     const BasisSight& sight() const { return sight_; }
     const SurfelMeans& means() const { return means_; }
+    // Those of functions at surfels, which take much memory, once all levels have been asked for them.
+    void forget_weights() { means_.forget_weights(); }
     const std::vector<double>& first_radius() const { return placement_.points().first_radius; }
     std::uint32_t evenly_placed() const { return evenly_placed_; }
     // Is a function of the first level there for a nook?

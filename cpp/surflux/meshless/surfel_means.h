@@ -56,9 +56,14 @@ public:
     }
     // How many those are of all surfels together.
     std::size_t weights() const {
-        std::size_t sum = 0;
+        std::size_t sum = forgotten_;
         for (const Rows& rows : levels_) sum += rows.entries.size();
         return sum;
+    }
+    // There is no function on any surfel afterwards; outside() and weights() are as before.
+    void forget_weights() {
+        forgotten_ = weights();
+        levels_ = {};
     }
     Rgb mean(std::size_t i, const std::vector<Rgb>& coefficients) const {
         Rgb sum;
@@ -95,6 +100,7 @@ private:
     std::vector<PartlyInside> partly_inside_;  // by surfel
     SizeShares wide_;                          // areas of wide patches
     std::vector<Rows> levels_;
+    std::size_t forgotten_ = 0;  // weights
 };
 
 }  // namespace surflux

@@ -85,9 +85,10 @@ public:
         number_functions();
         out_.at_surfels =
             means_at_surfels(placed_.means(), basis_, number_, scene_.surfels.size(), stage("projection"));
+        placed_.forget_weights();
         watch_.lap("projection");
         give_rows_to_surfels();
-        pack_rows(shot_, order_, out_);
+        pack_rows(std::move(shot_), order_, out_);
         watch_.lap("surfels");
         if (options_.lighting == OperatorOptions::Lighting::local) {
             out_.bounce_levels = bounce_levels;
@@ -315,7 +316,7 @@ private:
         out_.level_begin.push_back(out_.level_begin.back());
         give_rows_to_nooks(own);
         const RowShooter few(points_, tracer_, out_.senders, options_.seed + check_stream);
-        const ContradictedSurfels contradicted =
+        ContradictedSurfels contradicted =
             find_contradicted(places_of(scene_.surfels), out_.areas, few, *test_, out_.at_surfels, test_coefficients(),
                               own, stage("surfels"), options_.team);
         const std::size_t room = memory_with({}).room_for(max_memory_, own.rays);
@@ -328,11 +329,11 @@ private:
         const std::uint32_t first = add_own_rows(clusters, own.rays);
         std::vector<SparseRows::Entry> functions(scene_.surfels.size(), {Receivers::none, 1.0f});
         for (std::size_t k = 0; k < clusters.size(); ++k)
-            for (const std::uint32_t member : clusters[k].members) {
-                const std::uint32_t i = contradicted.surfels[member];
-                if (is_better(*test_, received_, before + k, contradicted, member, out_.areas[i]))
+            for (const std::uint32_t member : clusters[k].members)
+                if (const std::uint32_t i = contradicted.surfels[member];
+                    is_better(*test_, received_, before + k, contradicted, member, out_.areas[i]))
                     functions[i].column = static_cast<std::uint32_t>(first + k);
-            }
+        contradicted = {};  // which takes much memory
         give_own_functions(functions, out_.at_surfels);
     }
     void give_rows_to_nooks(const OwnRowOptions& own) {

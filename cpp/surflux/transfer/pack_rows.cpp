@@ -4,7 +4,7 @@
 
 namespace surflux {
 
-void pack_rows(const ShotRows& shot, const std::vector<std::uint32_t>& order, TransportOperator& out) {
+void pack_rows(ShotRows shot, const std::vector<std::uint32_t>& order, TransportOperator& out) {
     const std::size_t n = order.size();
     out.positions.resize(n);
     out.normals.resize(n);

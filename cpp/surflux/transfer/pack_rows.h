@@ -10,6 +10,6 @@ namespace surflux {
 
 // Receivers, rows, links and slopes of an operator, as it is applied, from rows as they were shot, in another order:
 // row k is that which was shot as order[k].
-void pack_rows(const ShotRows& shot, const std::vector<std::uint32_t>& order, TransportOperator& out);
+void pack_rows(ShotRows shot, const std::vector<std::uint32_t>& order, TransportOperator& out);
 
 }  // namespace surflux
