@@ -99,8 +99,11 @@ TEST(SkyCells, RadianceMayBeOfAnySize) {
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(of_all_trees(lights, n)[c] / scale, wanted[c], 1e-6 * wanted[c]);
         std::vector<SkyCells::Part> parts;
         sky.find_parts(0, n, parts);
-        for (int k = 0; k < 64; ++k) {
-            const SkyCells::Sample sample = sky.sample(0, parts, (k + 0.5) / 64, std::fmod(0.618 * k, 1.0));
+        std::vector<SkyCells::UnitPoint> at;
+        for (int k = 0; k < 64; ++k) at.push_back({(k + 0.5) / 64, std::fmod(0.618 * k, 1.0)});
+        std::vector<SkyCells::Sample> samples;
+        sky.sample(0, parts, at, samples);
+        for (const SkyCells::Sample& sample : samples) {
             EXPECT_NEAR(length(sample.direction), 1.0, 1e-9);
             EXPECT_NEAR(luminance(sample.color), 1.0, 1e-6);
         }
@@ -129,6 +132,28 @@ TEST(SkyCells, NarrowSpotsStandAlone) {
     EXPECT_LT(sky.find_parts(1, n, parts).x, 10.0);
 }
 
+TEST(SkyCells, SamplesAreTheSameHoweverManyAtOnce) {
+    const std::vector<Light> lights{image_of(128, 64, normalized({0, 1, 1}))};
+    const SkyCells sky(lights);
+    std::vector<SkyCells::Part> parts;
+    sky.find_parts(0, normalized({0.3, -0.2, 0.9}), parts);
+    EvenPoints even(2, 7, 0);
+    std::vector<SkyCells::UnitPoint> at;
+    for (int k = 0; k < 200; ++k) {
+        const double* u = even.next();
+        at.push_back({u[0], u[1]});
+    }
+    std::vector<SkyCells::Sample> all, one;
+    sky.sample(0, parts, at, all);
+    ASSERT_EQ(all.size(), at.size());
+    for (std::size_t k = 0; k < at.size(); ++k) {
+        sky.sample(0, parts, {at[k]}, one);
+        EXPECT_EQ(all[k].direction, one[0].direction);
+        EXPECT_EQ(all[k].mean_cosine, one[0].mean_cosine);
+        EXPECT_EQ(all[k].color, one[0].color);
+    }
+}
+
 TEST(SkyCells, SamplesFallInProportionToWhatCellsBring) {
     Environment e = image_of(16, 8, normalized({0, 1, 1}));
     const std::vector<Light> lights{e};
@@ -143,9 +168,14 @@ TEST(SkyCells, SamplesFallInProportionToWhatCellsBring) {
     // The density of a direction is its luminance times the mean cosine of its cell, over that of all: so the mean of
     // any function of directions over that density is its integral. Here: radiance times cosine squared.
     Rgb found, wanted;
+    std::vector<SkyCells::UnitPoint> at;
     for (int k = 0; k < count; ++k) {
         const double* u = even.next();
-        const SkyCells::Sample sample = sky.sample(0, parts, u[0], u[1]);
+        at.push_back({u[0], u[1]});
+    }
+    std::vector<SkyCells::Sample> samples;
+    sky.sample(0, parts, at, samples);
+    for (const SkyCells::Sample& sample : samples) {
         const double cosine = std::max(0.0, dot(n, sample.direction));
         const Rgb radiance = map.radiance(sample.direction);
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(sample.color[c], radiance[c] / luminance(radiance), 1e-5);

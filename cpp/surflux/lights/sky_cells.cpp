@@ -37,13 +37,6 @@ Vec3 direction_at(double z, double azimuth) {
 
 }  // namespace
 
-double SkyCells::Image::power(const Block& b) const {
-    const std::size_t row = kept.right - kept.left + 1;
-    const double* above = up_to.data() + (b.top - kept.top) * row - kept.left;
-    const double* below = above + (b.bottom - b.top) * row;
-    return below[b.right] - above[b.right] - below[b.left] + above[b.left];
-}
-
 struct SkyCells::Builder {
     struct Pixels {
         std::size_t width, height;
@@ -67,7 +60,7 @@ struct SkyCells::Builder {
     double step() const { return azimuths[1]; }
     double solid_angle(std::size_t row) const { return (heights[row] - heights[row + 1]) * step(); }
     Block block(std::uint32_t top, std::uint32_t bottom, std::uint32_t left, std::uint32_t right) const {
-        return {top, bottom, left, right, heights[top], heights[bottom], azimuths[left], azimuths[right]};
+        return {{top, bottom, left, right}, heights[top], heights[bottom], azimuths[left], azimuths[right]};
     }
     Block whole() const { return block(0, static_cast<std::uint32_t>(height), 0, static_cast<std::uint32_t>(width)); }
 
@@ -300,6 +293,8 @@ struct SkyCells::Cut {
         }
         out[at].second = behind;
         out[at].weight = first + other;
+        out[at].of_first = first / (first + other);
+        out[at].axis = node.across_heights ? 0 : 1;
         return first + other;
     }
 
@@ -331,54 +326,6 @@ Rgb SkyCells::find_parts(std::size_t tree, const Vec3& normal, std::vector<Part>
             {}};
     cut.add(0);
     return trees_[tree].even == Rgb{} ? trees_[tree].unit * cut.all : pi * trees_[tree].even;
-}
-
-SkyCells::Sample SkyCells::sample(std::size_t tree, const std::vector<Part>& parts, double u, double v) const {
-    const Tree& of = trees_[tree];
-    const Image& image = images_[of.image];
-    // Goes on in the first half or in the second: is it the first?
-    const auto is_first = [&](double share, bool across_heights) {
-        double& t = across_heights ? u : v;
-        const bool first = t < share;
-        t = std::clamp(first ? t / share : (t - share) / (1.0 - share), 0.0, 1.0 - 0x1p-53);
-        return first;
-    };
-    std::uint32_t k = 0;
-    while (parts[k].second != 0) {
-        const Part& part = parts[k];
-        k = is_first(static_cast<double>(parts[k + 1].weight / part.weight), of.nodes[part.node].across_heights)
-                ? k + 1
-                : part.second;
-    }
-    Block b = of.blocks[parts[k].node];
-    if (!b.is_pixel()) {
-        double power = image.power(b);
-        while (!b.is_pixel()) {
-            // Across the side of more pixels: within a cell both are about as wide.
-            Block first = b, second = b;
-            const bool across_heights = b.bottom - b.top >= b.right - b.left;
-            if (across_heights)
-                first.bottom = second.top = (b.top + b.bottom) / 2;
-            else
-                first.right = second.left = (b.left + b.right) / 2;
-            const double of_first = image.power(first);
-            const bool in_first = is_first(std::clamp(of_first / power, 0.0, 1.0), across_heights);
-            b = in_first ? first : second;
-            power = in_first ? of_first : power - of_first;
-        }
-        const auto azimuth = [&](std::uint32_t column) {
-            return 2.0 * pi * static_cast<double>(column) / static_cast<double>(image.width);
-        };
-        b.high = image.heights[b.top];
-        b.low = image.heights[b.bottom];
-        b.from = azimuth(b.left);
-        b.to = azimuth(b.right);
-    }
-    const Vec3 local = direction_at(b.high + u * (b.low - b.high), b.from + v * (b.to - b.from));
-    const Rgb& pixel = image.pixels[b.top * image.width + b.left];
-    const double brightness = weight(pixel);  // 0 where sums that were rounded led to a black one
-    return {local.x * image.u + local.y * image.v + local.z * image.n, static_cast<double>(parts[k].cosine),
-            brightness > 0.0 ? pixel / brightness : Rgb{}};
 }
 
 }  // namespace surflux

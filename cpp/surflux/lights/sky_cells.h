@@ -31,6 +31,8 @@ public:
         std::uint32_t second = 0;  // part of the second child; 0 of a cell
         float weight = 0.0f;       // luminance of what it brings, in the unit of its tree
         float cosine = 0.0f;       // of a cell: mean over it, by its luminance
+        float of_first = 0.0f;     // of an inner node: share of its first child in its weight
+        std::uint32_t axis = 0;    // of an inner node: 0 if it is divided across heights, 1 across azimuths
     };
     // Cells are small where the plane's own horizon runs. None if nothing rises over it. What they bring altogether.
     Rgb find_parts(std::size_t tree, const Vec3& normal, std::vector<Part>& out) const;
@@ -40,10 +42,14 @@ public:
         double mean_cosine;  // of its cell
         Rgb color;           // of its pixel, of luminance 1
     };
-    // At (u, v) in [0, 1)^2, which is mapped onto the sky in proportion to what cells bring to the plane, and within a
-    // cell by luminance: split by split across heights or azimuths, so that points that are even stay so (hierarchical
-    // sample warping: Clarberg and others 2005).
-    Sample sample(std::size_t tree, const std::vector<Part>& parts, double u, double v) const;
+    struct UnitPoint {
+        double u, v;  // in [0, 1)
+    };
+    // At points of the unit square, which is mapped onto the sky in proportion to what cells bring to the plane, and
+    // within a cell by luminance: split by split across heights or azimuths, so that points that are even stay so
+    // (hierarchical sample warping: Clarberg and others 2005). Many at once take a fraction of the time of one by one.
+    void sample(std::size_t tree, const std::vector<Part>& parts, const std::vector<UnitPoint>& at,
+                std::vector<Sample>& out) const;
 
 private:
     struct Node {
@@ -54,12 +60,16 @@ private:
         std::uint32_t next;                     // the first node that does not lie in it; the first child comes next
         bool is_cell, is_leaf, across_heights;  // how it is divided
     };
-    // Pixels [top, bottom) x [left, right); of part of one, its bounds by height and by azimuth, which grows with
-    // columns (EnvironmentMap::image_frame).
-    struct Block {
+    // [top, bottom) x [left, right).
+    struct Pixels {
         std::uint32_t top, bottom, left, right;
+        bool is_one() const { return bottom - top == 1 && right - left == 1; }
+    };
+    // Of part of one pixel, its bounds by height and by azimuth, which grows with columns
+    // (EnvironmentMap::image_frame).
+    struct Block : Pixels {
         double high, low, from, to;
-        bool is_pixel() const { return bottom - top == 1 && right - left == 1; }
+        bool is_pixel() const { return is_one(); }
     };
     struct Image {
         Vec3 u, v, n;  // its axes
@@ -68,7 +78,12 @@ private:
         Block kept;                   // the block that up_to covers
         std::vector<double> up_to;    // luminance times solid angle, summed over the rows above and the columns left
         const Rgb* pixels;            // of the Environment
-        double power(const Block& block) const;
+        double power(const Pixels& b) const {
+            const std::size_t row = kept.right - kept.left + 1;
+            const double* above = up_to.data() + (b.top - kept.top) * row - kept.left;
+            const double* below = above + (b.bottom - b.top) * row;
+            return below[b.right] - above[b.right] - below[b.left] + above[b.left];
+        }
     };
     struct Tree {
         std::uint32_t image;
@@ -80,6 +95,7 @@ private:
     };
     struct Builder;
     struct Cut;
+    class Warp;
 
     std::vector<Image> images_;
     std::vector<Tree> trees_;

@@ -93,9 +93,9 @@ private:
             EvenPoints even(points_.extends(place) ? 4 : 2, random.bits(), 0);
             for (int k = 0; k < count; ++k) {
                 const double* u = even.next();
-                aim({(part / side + u[0]) / side, (part % side + u[1]) / side, 1.0 / count}, tree, place,
-                    points_.at(place, u[2], u[3]));
+                ask({(part / side + u[0]) / side, (part % side + u[1]) / side}, points_.at(place, u[2], u[3]));
             }
+            aim(1.0 / count, tree, place);
             end.push_back(rays_.size());
         }
         trace();
@@ -148,13 +148,24 @@ private:
         return squared(evenness) * std::max(0.0, share * (1.0 - share)) / std::pow(rays, 1.5);
     }
 
-    void aim(const Point& at, std::size_t tree, const Place& place, const Vec3& from) {
-        const SkyCells::Sample sample = sky_.sample(tree, parts_, at.u, at.v);
-        const double cosine = dot(place.normal, sample.direction);
-        if (!(cosine > 0.0)) return;
-        rays_.push_back({{from, place.normal, place.surfel}, sample.direction});
-        at_.push_back(at);
-        light_.push_back((cosine / sample.mean_cosine) * sample.color);
+    void ask(const SkyCells::UnitPoint& at, const Vec3& from) {
+        asked_.push_back(at);
+        from_.push_back(from);
+    }
+
+    // Rays for all that was asked, which count `weight` each.
+    void aim(double weight, std::size_t tree, const Place& place) {
+        sky_.sample(tree, parts_, asked_, samples_);
+        for (std::size_t k = 0; k < asked_.size(); ++k) {
+            const SkyCells::Sample& sample = samples_[k];
+            const double cosine = dot(place.normal, sample.direction);
+            if (!(cosine > 0.0)) continue;
+            rays_.push_back({{from_[k], place.normal, place.surfel}, sample.direction});
+            at_.push_back({asked_[k].u, asked_[k].v, weight});
+            light_.push_back((cosine / sample.mean_cosine) * sample.color);
+        }
+        asked_.clear();
+        from_.clear();
     }
 
     void trace() {
@@ -176,8 +187,9 @@ private:
         at_.clear();
         for (; taken_ < count; ++taken_) {
             const double* u = even.next();
-            aim({u[0], u[1], 1.0}, tree, place, points_.at(place, u[2], u[3]));
+            ask({u[0], u[1]}, points_.at(place, u[2], u[3]));
         }
+        aim(1.0, tree, place);
         trace();
     }
 
@@ -192,6 +204,9 @@ private:
     std::vector<Ray> rays_;
     std::vector<Rgb> light_;
     std::vector<Point> at_;
+    std::vector<SkyCells::UnitPoint> asked_;
+    std::vector<Vec3> from_;
+    std::vector<SkyCells::Sample> samples_;
     std::vector<char> free_, seen_;
 };
 

@@ -138,7 +138,8 @@ std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vec
     return normals;
 }
 
-// The fit of some places once more, among neighbours that face the same way.
+// The fit of some places once more, among neighbours that face the same way. Where all that it was made of do, it would
+// be the same.
 void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing, const PointIndex& index,
             const std::vector<std::uint32_t>& looks, bool noisy, const std::vector<std::uint32_t>& some,
             std::vector<Vec3>& normals, const Progress& progress) {
@@ -152,10 +153,14 @@ void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing,
                 const std::uint32_t i = some[k];
                 const std::size_t neighbors = looks[i];
                 index.nearest(places[i], neighbors * 3 / 2, near);
+                const auto faces = [&](const Neighbor& n) {
+                    return n.index == i || dot(before[n.index], before[i]) > 0.5;
+                };
+                const auto fitted = static_cast<std::ptrdiff_t>(std::min(near.size(), neighbors));
+                if (std::all_of(near.begin(), near.begin() + fitted, faces)) continue;
                 group.clear();
                 others.clear();
-                for (const Neighbor& n : near)
-                    (n.index == i || dot(before[n.index], before[i]) > 0.5 ? group : others).push_back(n);
+                for (const Neighbor& n : near) (faces(n) ? group : others).push_back(n);
                 if (others.empty() && near.size() <= neighbors) continue;
                 // Too few fit anything: then the nearest of the others are better than none.
                 for (std::size_t j = 0; j < others.size() && 2 * group.size() < neighbors; ++j)
