@@ -173,7 +173,7 @@ TEST(ReciprocalScaling, WhatNoFactorMendsStaysOffAndAreasDoNot) {
         least[found.group[j]] = std::min(least[found.group[j]], found.senders[j]);
         most[found.group[j]] = std::max(most[found.group[j]], found.senders[j]);
     }
-    const double widest = ReciprocalScaling::largest_factor * ReciprocalScaling::largest_factor;
+    const double widest = found.largest_factor * found.largest_factor;
     for (std::size_t k = 0; k < found.groups; ++k) {
         EXPECT_LE(most[k], 1.0001 * widest * least[k]);
         EXPECT_LT(most[k], 3.0);
