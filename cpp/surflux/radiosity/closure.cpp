@@ -10,6 +10,8 @@ namespace surflux {
 
 namespace {
 
+constexpr double near_tolerance = 1e-4;  // of near pairs, whose rows are closed with all others afterwards
+
 // What sure rows lose, such that they close by themselves where that does not contradict the rays.
 void settle_losses(const Exchange& exchange, const std::vector<double>& sums, Hemispheres& hemispheres) {
     for (std::size_t i = 0; i < exchange.size; ++i) {
@@ -62,7 +64,7 @@ void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const
             out[e.b] += e.g * x[e.a];
         }
     };
-    const Scaling found = scale_symmetrically(problem, tuning.largest_scale, tuning.near_tolerance);
+    const Scaling found = scale_symmetrically(problem, tuning.largest_scale, near_tolerance);
     for (std::size_t k = 0; k < entries.size(); ++k) {
         const Entry& e = entries[k];
         exchange.set(exchange.near[k].first, exchange.near[k].second, e.g * found.scale[e.a] * found.scale[e.b]);

@@ -25,9 +25,8 @@ struct PairsTuning {
     // pairs. Measured on a ball and in corners under lights and skies: from 0.1 to 0.3 all the same, and the error up
     // to 2 times less than at 1.
     double yield_of_disks = 0.1, yield_of_rest = 0.1;
-    // Scale of a row at most: what it lacks beyond that counts as absorbed. And what near pairs may leave of their
-    // rows, which are closed with all others afterwards.
-    double largest_scale = 2.0, near_tolerance = 1e-4;
+    // Scale of a row at most: what it lacks beyond that counts as absorbed.
+    double largest_scale = 2.0;
     // When surfels are inserted afterwards: those around one, itself among them, whose differences tell the noise of
     // its emitters' light; and what part of these interpolation is off by, of second order half as far on.
     double surfels_around = 9.0, between_places = 0.25;
@@ -52,10 +51,9 @@ struct PairsTuning {
         visit("yield_of_disks", yield_of_disks);
         visit("yield_of_rest", yield_of_rest);
         visit("largest_scale", largest_scale);
-        visit("near_tolerance", near_tolerance);
         visit("surfels_around", surfels_around);
         visit("between_places", between_places);
-        nodal.for_each(visit);
+        nodal.for_each_of_slopes(visit);
         self_check.for_each(visit);
     }
 };

@@ -12,6 +12,7 @@ namespace surflux {
 namespace {
 
 constexpr std::array<std::size_t, 4> sizes = {12, 20, 40, 90};  // nodes of a fit, itself among them
+constexpr double least_variance = 0.01;  // of another node, of that of one: no weight is infinite
 constexpr double ridge = 1e-6;
 
 using Terms = Eigen::Matrix<double, 6, 1>;
@@ -147,7 +148,7 @@ private:
             const Vec3 d = (nodes_.positions()[near[n].site] - at) / reach;
             const double x = dot(d, frame.u), y = dot(d, frame.v), t = 1.0 - length_squared(d);
             row[n] << 1.0, x, y, x * x, x * y, y * y;
-            weight[n] = t * t * variance_[i] / std::max(variance_[near[n].site], tuning_.least_variance * variance_[i]);
+            weight[n] = t * t * variance_[i] / std::max(variance_[near[n].site], least_variance * variance_[i]);
             m.selfadjointView<Eigen::Lower>().rankUpdate(row[n], weight[n]);
         }
         m.diagonal() *= 1.0 + ridge;

@@ -10,6 +10,7 @@ namespace surflux {
 
 namespace {
 
+constexpr int most_rounds = 50;
 constexpr double even = 1e-12;      // relative variance of radiosity within a group that sends about the same
 constexpr double rounding = 1e-6;   // of shares of hemispheres, as sums of floats
 constexpr double tolerance = 1e-7;  // of what is sent, that columns may be off by
@@ -132,18 +133,14 @@ struct Part {
 class Balancing {
 public:
     Balancing(const RayExchange& exchange, const ReciprocityTuning& tuning, const Progress& progress)
-        : g_(exchange),
-          tuning_(tuning),
-          most_rounds_(static_cast<int>(whole_number(tuning.most_balancings))),
-          weights_(exchange.area.size()),
-          received_(exchange.sender.size()) {
+        : g_(exchange), tuning_(tuning), weights_(exchange.area.size()), received_(exchange.sender.size()) {
         out.largest_factor = tuning.largest_factor;
         out.rows.assign(exchange.area.size(), 1.0);
         make_groups(progress);
         out.senders.assign(exchange.sender.size(), 1.0);
         find_scores();
         receive();
-        report(progress, 0, rounds_at_most());
+        report(progress, 0, most_rounds);
         for (GroupOfSenders& of : groups_) {
             out.variances.push_back(of.variances());
             const double weight = out.variances.back().sender_weight();
@@ -154,8 +151,8 @@ public:
     }
 
     void run(const Progress& progress) {
-        for (; !is_done() && rounds_ < most_rounds_; ++rounds_) {
-            report(progress, static_cast<std::size_t>(rounds_), rounds_at_most());
+        for (; !is_done() && rounds_ < most_rounds; ++rounds_) {
+            report(progress, static_cast<std::size_t>(rounds_), most_rounds);
             std::vector<double> tilt, area(groups_.size(), 0.0);
             for (const GroupOfSenders& of : groups_) tilt.push_back(parts_[of.part].done ? 0.0 : of.tilt());
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
@@ -178,8 +175,6 @@ public:
     ReciprocalScaling out;
 
 private:
-    std::size_t rounds_at_most() const { return static_cast<std::size_t>(most_rounds_); }
-
     // What all receive, with rows scaled to what they are.
     void receive() {
         std::vector<double> filled;
@@ -250,7 +245,7 @@ private:
     void make_groups(const Progress& progress) {
         const std::size_t rows = g_.area.size(), senders = g_.sender.size();
         std::vector<EvidenceOfOne> evidence(senders);
-        const Progress starting = standing_at(0, rounds_at_most(), progress);
+        const Progress starting = standing_at(0, most_rounds, progress);
         report(starting, 0, 1);
         g_.scatter(g_.area, received_);
         for (std::size_t j = 0; j < senders; ++j) evidence[j].sum = static_cast<float>(std::max(0.0, received_[j]));
@@ -290,7 +285,6 @@ private:
 
     const RayExchange& g_;
     const ReciprocityTuning& tuning_;
-    int most_rounds_;
     std::vector<double> weights_, received_;
     std::vector<float> score_, tilted_;  // of each sender
     std::vector<GroupOfSenders> groups_;

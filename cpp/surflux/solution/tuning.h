@@ -24,10 +24,15 @@ struct NodalTuning {
     // Calls visit(name, value) for each.
     template <class Visit>
     void for_each(const Visit& visit) {
-        visit("slope_neighbors", slope_neighbors);
+        for_each_of_slopes(visit);
         visit("least_turn", least_turn);
         visit("most_turn", most_turn);
         visit("most_sloped", most_sloped);
+    }
+    // For those of fields that do not say how they turn, asked at single places.
+    template <class Visit>
+    void for_each_of_slopes(const Visit& visit) {
+        visit("slope_neighbors", slope_neighbors);
         visit("spare_share", spare_share);
         visit("least_share", least_share);
     }
@@ -40,8 +45,6 @@ struct RegressionTuning {
     double least_nodes = 9.0, pooled_nodes = 9.0, averaged_nodes = 12.0;
     // Cosine between normals above which nodes are of one surface.
     double like_normals = 0.95;
-    // Variance of another node, of that of one, at least: no weight is infinite.
-    double least_variance = 0.01;
 
     // Calls visit(name, value) for each.
     template <class Visit>
@@ -50,7 +53,6 @@ struct RegressionTuning {
         visit("pooled_nodes", pooled_nodes);
         visit("averaged_nodes", averaged_nodes);
         visit("like_normals", like_normals);
-        visit("least_variance", least_variance);
     }
 };
 
@@ -60,8 +62,8 @@ struct ReciprocityTuning {
     double rays_of_group = 256.0;
     // What a difference of normals counts beside one of places where senders are grouped.
     double normal_weight = 0.5;
-    // Rounds at most; and what is left after one, over what was, above which it is the last of its part.
-    double most_balancings = 50.0, least_progress = 0.95;
+    // What is left after a round, over what was, above which it is the last of its part.
+    double least_progress = 0.95;
     // Standard deviations of radiosity within a group beyond which rays tell too little of a sender.
     double largest_score = 2.0;
     // Factor of senders beside others of their group, and of the power of a group. Where more than this is wanted, rows
@@ -73,7 +75,6 @@ struct ReciprocityTuning {
     void for_each(const Visit& visit) {
         visit("rays_of_group", rays_of_group);
         visit("normal_weight", normal_weight);
-        visit("most_balancings", most_balancings);
         visit("least_progress", least_progress);
         visit("largest_score", largest_score);
         visit("largest_factor", largest_factor);

@@ -68,7 +68,7 @@ def test_names_of_constants_choose_those_that_are_turned(capsys):
     assert "--constant: no solver has a 'litle'" in capsys.readouterr().err
     assert commands.main(["bench", "--constant", "little"]) != 0
     assert "--constant: goes with --constants" in capsys.readouterr().err
-    assert {"slope_neighbors", "disk_error", "largest_part", "near_tolerance"} <= constants.all_names()
+    assert {"slope_neighbors", "disk_error", "largest_part", "largest_scale"} <= constants.all_names()
 
 
 @pytest.mark.parametrize("room", ["radiosity", "meshless", "solution"])
@@ -105,7 +105,8 @@ def test_what_is_not_known_stands_in_brackets():
 
 def test_what_does_not_change_and_what_is_not_said():
     row = constants.Row("form_factors", "room", "a", 1.0, 0.1, 0.01, 0.0, 0.0, np.nan, np.nan, 0.0123, np.nan, 4)
-    assert constants.table([row]).splitlines()[-1] == "| form_factors | room | a | 1 | +10 +- 1 % | same |  | 1.23 % |  |"
+    line = constants.table([row]).splitlines()[-1]
+    assert line == "| form_factors | room | a | 1 | +10 +- 1 % | same |  | 1.23 % |  |"
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +141,7 @@ def test_constants_count_within_the_block_alone(scene):
         ("solve_meshless", {"little": 1.0}, "tuning: wanted names of the solver's own constants"),
         ("solve_meshless", {"stricter": -1.0}, "tuning: wanted stricter above 0, got -1"),
         ("solve_meshless", {"slope_neighbors": 9.0}, "tuning: wanted names of the solver's own constants"),
+        ("solve, pairs", {"least_turn": 0.3}, "tuning: wanted names of the solver's own constants"),
         ("form_factors", {"disk_error": 0.0}, "tuning: wanted disk_error above 0, got 0"),
     ],
 )
