@@ -180,6 +180,23 @@ TEST(ReciprocalScaling, WhatNoFactorMendsStaysOffAndAreasDoNot) {
     }
 }
 
+TEST(ReciprocalScaling, ConstantsOfItsTuningCount) {
+    const RoomWithUnseen room;
+    const ReciprocalScaling usual = scale_by_reciprocity(room.exchange);
+    ReciprocityTuning tuning;
+    tuning.largest_factor = 1.25;
+    const ReciprocalScaling narrow = scale_by_reciprocity(room.exchange, {}, tuning);
+    const auto largest = [](const ReciprocalScaling& of) {
+        return *std::max_element(of.senders.begin(), of.senders.end());
+    };
+    EXPECT_LT(largest(narrow), largest(usual));
+    EXPECT_GT(narrow.after, usual.after);
+    tuning = {};
+    tuning.rays_of_group = 1e9;
+    EXPECT_GT(usual.groups, 1u);
+    EXPECT_EQ(scale_by_reciprocity(room.exchange, {}, tuning).groups, 1u);
+}
+
 TEST(ReciprocalScaling, AreasBelowZeroMakeNoFactorThatIsNone) {
     // Of functions that finer ones take nearly all from.
     RayExchange exchange = Rooms(1, 3, 64, 1).exchange(64);
