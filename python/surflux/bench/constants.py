@@ -197,7 +197,7 @@ def _changes(found, usual):
     """Mean change and standard error of seconds, of the error and of the estimate; the usual error and estimate."""
     out = []
     for k in range(3):
-        change = found[:, k] / np.maximum(usual[:, k], np.finfo(float).tiny) - 1.0
+        change = (found[:, k] - usual[:, k]) / np.maximum(usual[:, k], np.finfo(float).tiny)
         out += [float(change.mean()), float(change.std(ddof=1) / np.sqrt(len(change)))]
     return *out, float(np.sqrt(np.mean(usual[:, 1] ** 2))), float(usual[:, 2].mean())
 
