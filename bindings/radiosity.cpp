@@ -45,12 +45,12 @@ py::dict solve_scene(const CompiledScene& scene, const std::string& transport, d
 
 // F, 1 less its row sums (empty without visibility), how many pairs did not come to the error, and the rays.
 py::tuple form_factors_of_scene(const CompiledScene& scene, bool visibility, double error, int rays, double epsilon,
-                                std::uint64_t seed, const py::object& progress) {
+                                std::uint64_t seed, const TuningValues& tuning, const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);
     const auto side = static_cast<py::ssize_t>(scene.scene().surfels.size());
     py::array_t<double> matrix({side, side});
     double* factors = matrix.mutable_data();
-    const FormFactorOptions options{visibility, error, rays, epsilon, seed};
+    const FormFactorOptions options{visibility, error, rays, epsilon, seed, tuning_with<FormFactorTuning>(tuning)};
     const FormFactors found = without_gil([&] { return form_factors(scene, options, factors, stages); });
     return py::make_tuple(matrix, to_array(found.rest), found.imprecise, found.rays);
 }
@@ -164,13 +164,15 @@ void bind_radiosity(py::module_& module) {
                py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"), py::arg("shadow_rays"),
                py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"), py::arg("tuning") = TuningValues(),
                py::arg("progress") = py::none(), py::arg("team") = py::none());
-    // Constants of all pairs and of global refinement by name, as they are unless "tuning" sets them.
+    // Constants of all pairs, of global refinement and of form factors by name, as they are unless "tuning" sets them.
     module.def("pairs_tuning", &tuning_values<PairsTuning>);
     module.def("refinement_tuning", &tuning_values<RefinementTuning>);
+    module.def("form_factor_tuning", &tuning_values<FormFactorTuning>);
     module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),
                py::arg("max_levels"), py::arg("seed"), py::arg("progress") = py::none());
     module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("error"),
-               py::arg("rays"), py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
+               py::arg("rays"), py::arg("epsilon"), py::arg("seed"), py::arg("tuning") = TuningValues(),
+               py::arg("progress") = py::none());
     bind_operator(module);
 }
 

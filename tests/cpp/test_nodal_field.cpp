@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <type_traits>
 #include <utility>
@@ -221,6 +222,35 @@ TEST(NodalField, IsConservativeAndBoundedAtTheEdgeOfAShadow) {
         expected += places[p].area * constant.y;
     }
     EXPECT_NEAR(sum, expected, 1e-12 * expected);
+}
+
+TEST(NodalField, ConstantsOfItsTuningCount) {
+    const auto bend = [](const Vec3& p) { return Rgb{p.x * p.x, 1.0, 0.0}; };
+    std::vector<Rgb> at_nodes;
+    const std::vector<Vec3> nodes = square(8, 0.4);
+    for (const Vec3& p : nodes) at_nodes.push_back(bend(p));
+    const auto with = [&](const NodalTuning& tuning) {
+        const NodalField field(nodes, std::vector<Vec3>(nodes.size(), up), std::vector<std::uint32_t>(nodes.size(), 0),
+                               {}, tuning);
+        const Values values = field.fit(at_nodes);
+        const Vec3 point{0.3, 0.52, 0.0};
+        std::vector<Interpolation::Weight> weights;
+        field.interpolation().at(point, up, 0, weights);
+        Rgb constant;
+        for (const Interpolation::Weight& w : weights) constant += w.weight * at_nodes[w.site];
+        const auto place = [&](std::size_t) {
+            return NodalField::Place{point, up, 1.0, Span<Interpolation::Weight>(weights)};
+        };
+        return std::array<double, 3>{value_at(field, values, point, up).x,
+                                     field.at_conservatively(values, 1, place)[0].x, constant.x};
+    };
+    const auto usual = with({});
+    NodalTuning tuning;
+    tuning.slope_neighbors = 18.0;
+    EXPECT_NE(with(tuning)[0], usual[0]);
+    tuning = {};
+    tuning.most_sloped = 1.0;  // weights alone
+    EXPECT_NEAR(with(tuning)[1], usual[2], 1e-12);
 }
 
 }  // namespace

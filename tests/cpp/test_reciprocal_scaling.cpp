@@ -173,11 +173,28 @@ TEST(ReciprocalScaling, WhatNoFactorMendsStaysOffAndAreasDoNot) {
         least[found.group[j]] = std::min(least[found.group[j]], found.senders[j]);
         most[found.group[j]] = std::max(most[found.group[j]], found.senders[j]);
     }
-    const double widest = ReciprocalScaling::largest_factor * ReciprocalScaling::largest_factor;
+    const double widest = found.largest_factor * found.largest_factor;
     for (std::size_t k = 0; k < found.groups; ++k) {
         EXPECT_LE(most[k], 1.0001 * widest * least[k]);
         EXPECT_LT(most[k], 3.0);
     }
+}
+
+TEST(ReciprocalScaling, ConstantsOfItsTuningCount) {
+    const RoomWithUnseen room;
+    const ReciprocalScaling usual = scale_by_reciprocity(room.exchange);
+    ReciprocityTuning tuning;
+    tuning.largest_factor = 1.25;
+    const ReciprocalScaling narrow = scale_by_reciprocity(room.exchange, {}, tuning);
+    const auto largest = [](const ReciprocalScaling& of) {
+        return *std::max_element(of.senders.begin(), of.senders.end());
+    };
+    EXPECT_LT(largest(narrow), largest(usual));
+    EXPECT_GT(narrow.after, usual.after);
+    tuning = {};
+    tuning.rays_of_group = 1e9;
+    EXPECT_GT(usual.groups, 1u);
+    EXPECT_EQ(scale_by_reciprocity(room.exchange, {}, tuning).groups, 1u);
 }
 
 TEST(ReciprocalScaling, AreasBelowZeroMakeNoFactorThatIsNone) {

@@ -8,15 +8,9 @@
 
 namespace surflux {
 
-namespace {
-
-// The heaviest that a place looks for an anchor among: where it sees none of these, walls are all around.
-constexpr std::size_t most_tries = 8;
-
-}  // namespace
-
-BasisSight::BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis)
-    : scene_(scene), basis_(basis), sight_(tracer, scene) {
+BasisSight::BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
+                       const MeshlessTuning& tuning)
+    : scene_(scene), basis_(basis), sight_(tracer, scene), most_tries_(whole_number(tuning.anchor_tries)) {
     const std::vector<std::uint32_t> triangles = triangle_ranges(scene.surfels);
     for (std::size_t i = 0; i < scene.object.size(); ++i) {
         const std::uint32_t object = scene.object[i];
@@ -77,7 +71,7 @@ void BasisSight::keep_seen(const Vec3& point, const Vec3& normal, std::vector<Ba
     const auto heavier = [](const BasisWeight& a, const BasisWeight& b) {
         return a.weight > b.weight || (a.weight == b.weight && a.function < b.function);
     };
-    const auto last = weights.begin() + static_cast<std::ptrdiff_t>(std::min(most_tries, weights.size()));
+    const auto last = weights.begin() + static_cast<std::ptrdiff_t>(std::min(most_tries_, weights.size()));
     auto anchor = weights.begin();
     for (; anchor != last; ++anchor) {
         std::iter_swap(anchor, std::min_element(anchor, weights.end(), heavier));
@@ -147,7 +141,7 @@ std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<Depa
             const std::int64_t at_k = (k + 13) % 27, x = at_k % 3 - 1, y = at_k / 3 % 3 - 1, z = at_k / 9 - 1;
             const auto near = cells.find({cell[0], cell[1] + x, cell[2] + y, cell[3] + z});
             if (near == cells.end()) continue;
-            for (std::size_t n = near->second.size(); n-- > 0 && tries < most_tries;) {
+            for (std::size_t n = near->second.size(); n-- > 0 && tries < most_tries_;) {
                 const Nook& nook = near->second[n];
                 if (!(length(nook.first.position - place) < side * dot(nook.first.normal, normal))) continue;
                 ++tries;

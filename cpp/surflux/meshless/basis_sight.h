@@ -7,6 +7,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/meshless/multilevel_basis.h"
+#include "surflux/meshless/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/sight.h"
 #include "surflux/trace/tracer.h"
@@ -23,7 +24,8 @@ namespace surflux {
 // Poisson disks by which its points were placed. It gets a function of its own.
 class BasisSight {
 public:
-    BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis);
+    BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
+               const MeshlessTuning& tuning = {});
 
     // To be called when the basis has got a level, with the surfels that its points lie on, or none. After clear() it
     // may be another basis.
@@ -73,6 +75,7 @@ private:
     const Scene& scene_;
     const MultilevelBasis& basis_;
     Sight sight_;
+    std::size_t most_tries_;                       // functions
     std::vector<char> is_cloud_;                   // objects of disks alone
     std::vector<std::uint32_t> nook_;              // function of each surfel; no_nook, or empty
     std::vector<std::uint32_t> surfel_;            // of functions

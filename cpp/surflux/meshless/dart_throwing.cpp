@@ -14,12 +14,6 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t grain = 256;
-// Longest edge of a cell in R. After the last round a plane has as many points as after 1000 rejections in a row.
-constexpr double first_edge = 8.0, last_edge = 0.25;
-// Cells as long as this, or longer, are culled outside the region. Those as long are culled inside geometry, too.
-constexpr double culled_edge = 2.0;
-constexpr double darts_on_square = 8.0;  // of that edge: a cell of an eighth of it or more gets one
-constexpr double least_darts = 4000.0;   // on an object in the last round, however small it is
 
 struct Round {
     const Scene& scene;
@@ -29,6 +23,7 @@ struct Round {
     double shortest_edge;               // that can be halved: positions are rounded
     const SignedDistance& region;
     bool culls;  // cells outside the region
+    double darts_on_square;
 };
 
 Vec3 center_of(const Triangle& t) { return (t.a + t.b + t.c) / 3.0; }
@@ -72,7 +67,7 @@ struct Thrown {
             return;
         }
         cells.push_back(t);
-        if (random.uniform() * edge * edge >= darts_on_square * surface_area(round->scene, t)) return;
+        if (random.uniform() * edge * edge >= round->darts_on_square * surface_area(round->scene, t)) return;
         const double s = random.uniform();
         const Vec3 w = square_to_triangle(s, random.uniform()), at = t.a + w.y * (t.b - t.a) + w.z * (t.c - t.a);
         const auto holds_dart = [&](const PointGrid::Point& p) { return holds(p, r, at, normal); };
@@ -141,14 +136,14 @@ std::vector<PointGrid::Point> without_conflicts(const std::vector<PointGrid::Poi
 // Removes what is inside geometry at all of `count` places: place_of(it, 0), place_of(it, 1), ...
 template <class T, class PlaceOf>
 void remove_inside(const Scene& scene, const Tracer& tracer, std::uint64_t seed, std::size_t count,
-                   const PlaceOf& place_of, std::vector<T>& of) {
+                   const MeshlessTuning& tuning, const PlaceOf& place_of, std::vector<T>& of) {
     std::vector<char> is_inside(of.size(), 1);
     for (std::size_t c = 0; c < count; ++c) {
         std::vector<std::size_t> tested;
         std::vector<Departure> places;
         for (std::size_t k = 0; k < of.size(); ++k)
             if (is_inside[k]) tested.push_back(k), places.push_back(place_of(of[k], c));
-        const std::vector<char> found = inside_geometry(scene, tracer, places, seed);
+        const std::vector<char> found = inside_geometry(scene, tracer, places, seed, tuning);
         for (std::size_t j = 0; j < tested.size(); ++j) is_inside[tested[j]] = found[j];
     }
     std::size_t left = 0;
@@ -163,10 +158,13 @@ std::vector<PointGrid::Point> throw_darts(const Scene& scene, const Tracer& trac
                                           const std::vector<PointGrid::Point>& there, const DartOptions& options,
                                           const Progress& progress) {
     const std::vector<double>& radius = options.radius;
+    const MeshlessTuning& tuning = options.tuning;
+    const double first_edge = tuning.first_edge, culled_edge = tuning.culled_edge;
     std::vector<double> last;  // edges
     int rounds = 0;
     for (std::size_t o = 0; o < radius.size(); ++o) {
-        last.push_back(std::min(last_edge * radius[o], std::sqrt(surface.area[o] * darts_on_square / least_darts)));
+        last.push_back(std::min(tuning.last_edge * radius[o],
+                                std::sqrt(surface.area[o] * tuning.darts_on_square / tuning.least_darts)));
         if (last[o] > 0.0)
             rounds = std::max(rounds, 1 + static_cast<int>(std::ceil(std::log2(first_edge * radius[o] / last[o]))));
     }
@@ -186,17 +184,18 @@ std::vector<PointGrid::Point> throw_darts(const Scene& scene, const Tracer& trac
         };
         const std::uint64_t seed = Random(options.seed, static_cast<std::uint64_t>(k)).bits();
         std::vector<PointGrid::Point> darts =
-            throw_on(cells, {scene, grid, radius, edge, shortest_edge, options.region, culls}, seed,
-                     progress ? in_round : progress);
+            throw_on(cells, {scene, grid, radius, edge, shortest_edge, options.region, culls, tuning.darts_on_square},
+                     seed, progress ? in_round : progress);
         const auto place_of_dart = [](const PointGrid::Point& p, std::size_t) {
             return Departure{p.position, p.normal, p.surfel};
         };
-        remove_inside(scene, tracer, seed, 1, place_of_dart, darts);
+        remove_inside(scene, tracer, seed, 1, tuning, place_of_dart, darts);
         const auto place_on_cell = [&](const Triangle& t, std::size_t c) {
             const Vec3 center = center_of(t), places[] = {center, t.a, t.b, t.c};
             return Departure{places[c] + 0.01 * (center - places[c]), scene.surfels.normals[t.surfel], t.surfel};
         };
-        if (in_radii == culled_edge) remove_inside(scene, tracer, seed, 4, place_on_cell, cells);
+        if (in_radii <= culled_edge && 2.0 * in_radii > culled_edge)
+            remove_inside(scene, tracer, seed, 4, tuning, place_on_cell, cells);
         const std::vector<PointGrid::Point> chosen = without_conflicts(darts, radius);
         points.insert(points.end(), chosen.begin(), chosen.end());
     }

@@ -6,6 +6,7 @@
 #include "surflux/core/progress.h"
 #include "surflux/meshless/point_grid.h"
 #include "surflux/meshless/surface.h"
+#include "surflux/meshless/tuning.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -14,6 +15,7 @@ struct DartOptions {
     std::vector<double> radius;  // of the exclusion disks on each object; 0 where it has no area
     std::uint64_t seed;
     const SignedDistance& region;  // where darts are thrown; if it is empty, everywhere
+    MeshlessTuning tuning = {};
 };
 
 // Near-maximal Poisson disk sampling of the surfaces: points outside of geometry, no closer to each other, and to those

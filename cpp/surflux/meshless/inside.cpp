@@ -8,8 +8,6 @@ namespace surflux {
 
 namespace {
 
-constexpr double steep = 0.5, flat = 0.17;  // cosines of the further rays
-constexpr int further = 12;
 constexpr std::size_t grain = 512;
 
 // Not Hit::front, which is false as well beyond the border of a disk that is seen from its front.
@@ -32,7 +30,9 @@ std::vector<char> under_backs(const Scene& scene, const Tracer& tracer, const st
 }
 
 std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places,
-                                  std::uint64_t seed) {
+                                  std::uint64_t seed, const MeshlessTuning& tuning) {
+    const double steep = tuning.steep_cosine, flat = tuning.flat_cosine;
+    const int further = static_cast<int>(whole_number(tuning.further_rays));
     std::vector<char> out = under_backs(scene, tracer, places);
     parallel_blocks(places.size(), grain, [&](std::size_t begin, std::size_t end) {
         std::vector<Ray> rays;

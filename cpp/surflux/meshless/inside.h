@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/meshless/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -16,6 +17,6 @@ std::vector<char> under_backs(const Scene& scene, const Tracer& tracer, const st
 // no scanner saw has light from the sides. The twelve are rotated about the normal at random, the same for the same
 // seed and place.
 std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places,
-                                  std::uint64_t seed);
+                                  std::uint64_t seed, const MeshlessTuning& tuning = {});
 
 }  // namespace surflux

@@ -21,7 +21,8 @@ namespace surflux {
 class LevelLight {
 public:
     // shares: of the functions that speak at the place. Those without a coefficient add nothing.
-    LevelLight(const MeshlessField& field, const std::vector<BasisWeight>& shares) {
+    LevelLight(const MeshlessField& field, const std::vector<BasisWeight>& shares)
+        : largest_deviation_(field.largest_deviation), largest_part_(field.largest_part) {
         for (const BasisWeight& b : shares)
             if (field.gathered[b.function]) add(b.weight, field, b.function);
     }
@@ -31,13 +32,11 @@ public:
         const MeshlessField::At mean{values_.all / share_, values_.direct / share_};
         const double middle = largest_channel(mean.all);
         const double deviation = std::sqrt(std::max(0.0, squares_ / share_ - middle * middle));
-        const double most = std::max(0.0, largest_deviation * deviation + largest_part * middle);
+        const double most = std::max(0.0, largest_deviation_ * deviation + largest_part_ * middle);
         light.all += share_ * (mean.all + limited(light.all + change_.all / share_ - mean.all, most) - light.all);
         light.direct +=
             share_ * (mean.direct + limited(light.direct + change_.direct / share_ - mean.direct, most) - light.direct);
     }
-
-    static constexpr double largest_deviation = 0.5, largest_part = 0.1;
 
 private:
     void add(double share, const MeshlessField& field, std::uint32_t function) {
@@ -55,6 +54,7 @@ private:
         return largest > most ? (most / largest) * slope : slope;
     }
 
+    double largest_deviation_, largest_part_;
     double share_ = 0.0, squares_ = 0.0;
     MeshlessField::At change_, values_;
 };

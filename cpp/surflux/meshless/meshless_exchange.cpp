@@ -108,6 +108,7 @@ double MeshlessExchange::per_outside(std::uint32_t surfel, double exitance) cons
 }
 
 ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>& coefficients,
+                                                         const ReciprocityTuning& tuning,
                                                          const Progress& progress) const {
     const Surfels& s = scene_.surfels;
     RayExchange exchange;
@@ -160,7 +161,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
             gather_.for_senders(k, [&](std::uint32_t i, double units) { sums[i] += units * each; });
         });
     };
-    return surflux::scale_by_reciprocity(exchange, progress);
+    return surflux::scale_by_reciprocity(exchange, progress, tuning);
 }
 
 // Of what a surfel sends of light in the basis, the luminance: less than 0 where functions of several levels are off.
@@ -202,7 +203,7 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
             const std::uint32_t group = scaling.group[i];
             if (wanted[group] > 0.0 && found[group] > 0.0)
                 // Between what senders and what receivers say: their geometric mean, weighted by inverse variances.
-                of[i] = ReciprocalScaling::bounded(std::pow(
+                of[i] = scaling.bounded(std::pow(
                     wanted[group] / found[group],
                     scaling.variances[group].sender_weight(variance[group] / (wanted[group] * wanted[group]))));
         }

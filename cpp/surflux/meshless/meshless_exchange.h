@@ -29,7 +29,8 @@ public:
     const std::vector<std::uint32_t>& parts() const { return parts_; }
     // Sinkhorn factors of surfels as senders (solution/reciprocal_scaling.h), for the light that they send when the
     // basis has `coefficients`: what they reflect of it, and of the light that is not in the basis.
-    ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const Progress& progress) const;
+    ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const ReciprocityTuning& tuning,
+                                           const Progress& progress) const;
     // Factors on top of those, by group of senders: the power that should arrive from the group over the power that
     // does, to the exponent of senders' weight (ReciprocalScaling::Variances). They mend senders' means: receivers
     // close by gather where rays end and far ones by means, of which they may see the brighter part. What should

@@ -5,6 +5,7 @@
 
 #include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
+#include "surflux/meshless/tuning.h"
 
 namespace surflux {
 
@@ -21,6 +22,7 @@ struct MeshlessField {
     std::vector<Rgb> direct;        // of the part that lights and Environments bring directly
     std::vector<char> gathered;     // of each function: does it have a coefficient?
     std::vector<At> values;         // what was gathered at the point of each that does
+    double largest_deviation = MeshlessTuning{}.largest_deviation, largest_part = MeshlessTuning{}.largest_part;
 
     At at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
     // The same from functions that the place sees. False where it sees none of the coarsest.

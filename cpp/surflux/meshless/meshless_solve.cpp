@@ -49,6 +49,8 @@ public:
           receivers_(field_->basis, placed_.sight()),
           system_(receivers_, gather_, options.bounces),
           noise_(gather_) {
+        field_->largest_deviation = tuning_.largest_deviation;
+        field_->largest_part = tuning_.largest_part;
         beside_ = beside_basis();
         watch_.lap("direct");
         out.field = field_;
@@ -196,7 +198,8 @@ private:
         const double tolerance = std::max(options_.tolerance, tuning_.balanced_tolerance);
         solve(tolerance, 0);
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("solve"));
-        const ReciprocalScaling scaling = system_.scale_by_reciprocity(exchange, *field_, stage("solve"));
+        const ReciprocalScaling scaling =
+            system_.scale_by_reciprocity(exchange, *field_, tuning_.reciprocity, stage("solve"));
         imbalance_ = scaling.before;
         imbalance_left_ = scaling.after;
         solve(tolerance, 0);
@@ -218,7 +221,7 @@ private:
         }
         write();
         watch_.lap("evaluation");
-        check_solution(scene_, tracer_, options_.seed, stage("self-check"), out_, options_.team);
+        check_solution(scene_, tracer_, options_.seed, stage("self-check"), out_, options_.team, tuning_.self_check);
         for (const auto& figure : power_) out_.history.back().push_back(figure);
     }
 

@@ -22,9 +22,8 @@ PlacedBasis::PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelP
       points_(points),
       basis_(basis),
       tuning_(options.tuning),
-      placement_(scene, tracer,
-                 {options.radius, options.seed, options.tuning.coarsest_points, options.tuning.least_points}),
-      sight_(scene, tracer, basis),
+      placement_(scene, tracer, {options.radius, options.seed, options.tuning}),
+      sight_(scene, tracer, basis, options.tuning),
       means_(scene, tracer, points, basis, sight_, placement_.points().first_radius,
              {options.levels, options.widest, options.seed, options.tuning}, progress) {}
 
@@ -73,7 +72,7 @@ void PlacedBasis::add_first(const Progress& progress) {
 
 void PlacedBasis::add_around(const std::vector<std::uint32_t>& refined, const Progress& progress) {
     const std::size_t level = basis_.levels();
-    placement_.add_level(refined_region(basis_, refined, first_radius()), progress);
+    placement_.add_level(refined_region(basis_, refined, first_radius(), tuning_.placed_reach), progress);
     SupportOptions support;
     for (const double r : first_radius())
         support.largest_radii.push_back(std::max(1e-300, tuning_.widest_support * at_level(r, level)));

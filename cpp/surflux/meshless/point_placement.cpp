@@ -17,13 +17,9 @@ namespace {
 
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
-// Cubic cells of side R that the surface of an object may lie in, counted at so many places of it. A plane has up to
-// sqrt(3) of them for each R^2, with 400 points about 1000; a wire that has no more is up to 1600 R long.
-constexpr std::size_t most_cells = 1600, counted_places = 4096;
-constexpr double wider = 1.25;
 
 // Places spread over an object in proportion to area, from the first.
-std::vector<Vec3> spread_places(const Scene& scene, Span<Triangle> surface, double area) {
+std::vector<Vec3> spread_places(const Scene& scene, Span<Triangle> surface, double area, std::size_t counted_places) {
     std::vector<Vec3> out;
     out.reserve(counted_places);
     const double step = area / static_cast<double>(counted_places);
@@ -41,6 +37,8 @@ std::vector<Vec3> spread_places(const Scene& scene, Span<Triangle> surface, doub
     return out;
 }
 
+// Cubic cells of that side that the surface lies in. A plane has up to sqrt(3) of them for each R^2, with 400 points
+// about 1000; a wire that has no more than 1600 is up to 1600 R long.
 std::size_t count_cells(const std::vector<Vec3>& places, double side) {
     std::vector<std::array<double, 3>> cells(places.size());
     for (std::size_t k = 0; k < places.size(); ++k)
@@ -52,9 +50,10 @@ std::size_t count_cells(const std::vector<Vec3>& places, double side) {
 
 // For so many points. On a wire, or on leaves that lie apart, as many would have to be closer together than they are
 // far from what is around: there it is wider. What counts is where the area is, not how far a stray piece reaches.
-double first_radius(const std::vector<Vec3>& places, double area, double points) {
+double first_radius(const std::vector<Vec3>& places, double area, double points, const MeshlessTuning& tuning) {
+    const std::size_t most_cells = whole_number(tuning.most_cells);
     double radius = std::sqrt(packing * area / points);
-    while (count_cells(places, radius) > most_cells) radius *= wider;
+    while (count_cells(places, radius) > most_cells) radius *= 1.0 + tuning.wider_by;
     return radius;
 }
 
@@ -64,16 +63,20 @@ PointPlacement::PointPlacement(const Scene& scene, const Tracer& tracer, const P
     : scene_(scene), tracer_(tracer), options_(options), surface_(scene) {
     require(options.radius >= 0.0 && std::isfinite(options.radius), "radius: wanted a positive number, or 0, got ",
             options.radius);
+    const MeshlessTuning& tuning = options_.tuning;
+    const std::size_t counted_places = whole_number(tuning.counted_places);
     const double total = std::accumulate(surface_.area.begin(), surface_.area.end(), 0.0);
     points_.first_radius.assign(surface_.area.size(), 0.0);
     const Triangle *begin = surface_.triangles.data(), *const end = begin + surface_.triangles.size();
     while (begin < end) {
         const std::uint32_t o = scene.object[begin->surfel];
         const Triangle* next = std::find_if(begin, end, [&](const Triangle& t) { return scene.object[t.surfel] != o; });
-        const double area = surface_.area[o], points = std::max(options.least_points, options.points * area / total);
-        points_.first_radius[o] = options.radius > 0.0
-                                      ? options.radius
-                                      : first_radius(spread_places(scene, {begin, next}, area), area, points);
+        const double area = surface_.area[o],
+                     points = std::max(tuning.least_points, tuning.coarsest_points * area / total);
+        points_.first_radius[o] =
+            options.radius > 0.0
+                ? options.radius
+                : first_radius(spread_places(scene, {begin, next}, area, counted_places), area, points, tuning);
         begin = next;
     }
     points_.level_begin = {0};
@@ -92,7 +95,8 @@ void PointPlacement::add_level(const SignedDistance& region, const Progress& pro
     for (std::size_t i = 0; i < points_.size(); ++i)
         there.push_back({points_.positions[i], points_.normals[i], points_.objects[i]});
     std::vector<PointGrid::Point> added =
-        throw_darts(scene_, tracer_, surface_, there, {radius, Random(options_.seed, level).bits(), region}, progress);
+        throw_darts(scene_, tracer_, surface_, there,
+                    {radius, Random(options_.seed, level).bits(), region, options_.tuning}, progress);
     std::stable_sort(added.begin(), added.end(), [](const auto& a, const auto& b) { return a.object < b.object; });
     for (const PointGrid::Point& p : added) {
         points_.positions.push_back(p.position);

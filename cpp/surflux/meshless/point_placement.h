@@ -14,10 +14,10 @@ namespace surflux {
 
 struct PlacementOptions {
     // Least distance of two points of the first level on a plane. 0: each object has its own, such that all have about
-    // `points` there, in proportion to their areas, but each about `least_points` at least.
+    // tuning.coarsest_points there, in proportion to their areas, but each about tuning.least_points at least.
     double radius = 0.0;
     std::uint64_t seed = 0;
-    double points = MeshlessTuning{}.coarsest_points, least_points = MeshlessTuning{}.least_points;
+    MeshlessTuning tuning = {};
 };
 
 // Points of all levels so far, level after level, and object after object within one.

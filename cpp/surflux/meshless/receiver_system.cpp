@@ -98,8 +98,8 @@ void ReceiverSystem::set_factors(const Set& set) {
 }
 
 ReciprocalScaling ReceiverSystem::scale_by_reciprocity(const MeshlessExchange& exchange, const MeshlessField& field,
-                                                       const Progress& progress) {
-    ReciprocalScaling scaling = exchange.scale_by_reciprocity(field.coefficients, progress);
+                                                       const ReciprocityTuning& tuning, const Progress& progress) {
+    ReciprocalScaling scaling = exchange.scale_by_reciprocity(field.coefficients, tuning, progress);
     parts_ = exchange.parts();
     set_factors([&] { gather_.set_sender_scale(scaling.senders); });
     return scaling;

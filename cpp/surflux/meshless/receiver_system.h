@@ -34,7 +34,7 @@ public:
 
     // Factors by reciprocity, of rows and senders, for about the light of the field (MeshlessExchange).
     ReciprocalScaling scale_by_reciprocity(const MeshlessExchange& exchange, const MeshlessField& field,
-                                           const Progress& progress);
+                                           const ReciprocityTuning& tuning, const Progress& progress);
     // With these, the factors that keep the power of senders (MeshlessExchange::sender_power): emission and the first
     // bounce are scaled by them, and what they change in one bounce of the field as it is joins c as a constant, so
     // that T stays.

@@ -8,16 +8,8 @@
 
 namespace surflux {
 
-namespace {
-
-// Points of a level are placed within this many of its Poisson radii of a receiver that is refined: its children, of
-// which the supports reach it, lie within about 2.1, and whose supports reach theirs hold them down to 0 at the rim.
-constexpr double placed_reach = 4.4;
-
-}  // namespace
-
 SignedDistance refined_region(const MultilevelBasis& basis, const std::vector<std::uint32_t>& functions,
-                              const std::vector<double>& first_radius) {
+                              const std::vector<double>& first_radius, double placed_reach) {
     std::vector<double> reach, twice;
     for (const double first : first_radius) {
         reach.push_back(placed_reach * std::ldexp(first, -static_cast<int>(basis.levels())));

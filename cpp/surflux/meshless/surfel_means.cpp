@@ -46,7 +46,8 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
                 places.insert(places.end(), of_one.begin(), of_one.end());
             }
             first.push_back(places.size());
-            const std::vector<char> inside = inside_geometry(scene_, tracer_, places, options_.seed + begin);
+            const std::vector<char> inside =
+                inside_geometry(scene_, tracer_, places, options_.seed + begin, options_.tuning);
             for (std::size_t i = begin; i < end; ++i) {
                 const auto from = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin]),
                            to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
@@ -54,7 +55,7 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
                 if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
                 const auto index = static_cast<std::uint32_t>(i);
                 places_on(index, std::max(all_places(), count_for(index, finest)), of_one);
-                PartlyInside part{index, inside_geometry(scene_, tracer_, of_one, options_.seed + i)};
+                PartlyInside part{index, inside_geometry(scene_, tracer_, of_one, options_.seed + i, options_.tuning)};
                 const auto count = std::count(part.inside.begin(), part.inside.end(), 1);
                 outside_[i] = 1.0 - static_cast<double>(count) / static_cast<double>(of_one.size());
                 found[begin / grain].push_back(std::move(part));

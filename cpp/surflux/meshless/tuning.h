@@ -1,5 +1,7 @@
 #pragma once
 
+#include "surflux/solution/tuning.h"
+
 namespace surflux {
 
 // Constants of solve_meshless that trade error against seconds, in one place: no options, for no scene wants others;
@@ -7,6 +9,26 @@ namespace surflux {
 struct MeshlessTuning {
     // Functions of the coarsest level on all objects together, in proportion to their areas, and on each at least.
     double coarsest_points = 400.0, least_points = 32.0;
+    // Cells of the Poisson radius's size that an object's surface may lie in, by that many places on it; else the
+    // radius is that much wider, again and again: a wire, or leaves that lie apart, would have points closer to each
+    // other than they are far from what is around. A plane has about 1000.
+    double most_cells = 1600.0, counted_places = 4096.0, wider_by = 0.25;
+    // Longest edges of the cells that darts are thrown on, in Poisson radii, in the first round and the last: then a
+    // plane has as many points as after 1000 rejections in a row. Cells as long as the third, or longer, are culled
+    // outside the region, and those as long inside geometry.
+    double first_edge = 8.0, last_edge = 0.25, culled_edge = 2.0;
+    // On a square of a cell's edge: a cell of an eighth of it or more gets one. And on an object in the last round,
+    // however small it is.
+    double darts_on_square = 8.0, least_darts = 4000.0;
+    // Rays beside the one along the normal that must all meet backs where a place is inside geometry, and cosines of
+    // the steep half of them and of the flat one.
+    double further_rays = 12.0, steep_cosine = 0.5, flat_cosine = 0.17;
+    // Points of a level are placed within this many of its Poisson radii of a receiver that is refined: its children,
+    // of which the supports reach it, lie within about 2.1, and whose supports reach theirs hold them down to 0 at the
+    // rim.
+    double placed_reach = 4.4;
+    // The heaviest functions that a place looks for an anchor among: where it sees none of these, walls are all around.
+    double anchor_tries = 8.0;
     // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
     double widest_support = 3.0;
     // Supports of functions for nooks on wide patches: over how far their places reach, and at least this share of the
@@ -21,6 +43,12 @@ struct MeshlessTuning {
 
     // Rays along the surface from a function's point, which find walls that end its support, and ends of one at most.
     double wall_rays = 8.0, most_walls = 2.0;
+    // How high above the surface, of their length; cosine above which two walls are one; and of a wall's slope, below
+    // which a plane hardly crosses the surface.
+    double wall_height = 0.25, same_wall = 0.999, least_wall_slope = 0.3;
+    // What the slope of coarser levels adds to the values of one at a place, at most: of their standard deviation
+    // around, and of their mean. Of the field anywhere, and of pictures; surfels have means.
+    double largest_deviation = 0.5, largest_part = 0.1;
 
     // Patches are wide whose diameter, over the coarsest spacing, exceeds this; where direct light is in the basis,
     // which changes faster, the second.
@@ -72,6 +100,8 @@ struct MeshlessTuning {
     double stricter = 0.5, ray_error = 0.6, ray_error_of_skies = 0.04, ray_error_of_few = 1.2;
     // A surfel that has more than this many times the RMS of what is sent is not left to the basis without a look.
     double bright = 4.0;
+    ReciprocityTuning reciprocity;
+    SelfCheckTuning self_check;
 
     // Calls visit(name, value) for each.
     template <class Visit>
@@ -116,6 +146,26 @@ struct MeshlessTuning {
         visit("ray_error_of_skies", ray_error_of_skies);
         visit("ray_error_of_few", ray_error_of_few);
         visit("bright", bright);
+        visit("most_cells", most_cells);
+        visit("counted_places", counted_places);
+        visit("wider_by", wider_by);
+        visit("first_edge", first_edge);
+        visit("last_edge", last_edge);
+        visit("culled_edge", culled_edge);
+        visit("darts_on_square", darts_on_square);
+        visit("least_darts", least_darts);
+        visit("further_rays", further_rays);
+        visit("steep_cosine", steep_cosine);
+        visit("flat_cosine", flat_cosine);
+        visit("placed_reach", placed_reach);
+        visit("anchor_tries", anchor_tries);
+        visit("wall_height", wall_height);
+        visit("same_wall", same_wall);
+        visit("least_wall_slope", least_wall_slope);
+        visit("largest_deviation", largest_deviation);
+        visit("largest_part", largest_part);
+        reciprocity.for_each(visit);
+        self_check.for_each(visit);
     }
 };
 

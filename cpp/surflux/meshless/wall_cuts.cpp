@@ -7,18 +7,12 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr double height = 0.25;           // of the way, as high as Sight looks
-constexpr double same_direction = 0.999;  // of planes
-constexpr double least_slope = 0.3;       // cosine: a plane that hardly crosses the surface is no wall on it
-
-}  // namespace
-
 std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
                                   const BasisSight& sight, const MeshlessTuning& tuning, const Progress& progress) {
     const auto directions = std::lround(tuning.wall_rays);
     const auto most_cuts = static_cast<std::size_t>(std::lround(tuning.most_walls));
+    const double height = tuning.wall_height, same_direction = tuning.same_wall;
+    const double most_along = std::sqrt(1.0 - tuning.least_wall_slope * tuning.least_wall_slope);
     const std::size_t level = basis.levels() - 1;
     const std::uint32_t first = basis.first(level), last = basis.first(level + 1);
     constexpr std::size_t grain = 64;
@@ -48,7 +42,7 @@ std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, cons
                 for (std::size_t d = 0; d < rays.size() && cuts.size() < most_cuts; ++d) {
                     if (!hits[d]) continue;
                     Vec3 wall = scene.surfels.normals[hits[d].surfel];
-                    if (std::abs(dot(wall, normal)) > std::sqrt(1.0 - least_slope * least_slope)) continue;
+                    if (std::abs(dot(wall, normal)) > most_along) continue;
                     const double offset = dot(wall, rays[d].from.position + hits[d].distance * rays[d].direction);
                     SupportCut cut{j, wall, offset};
                     if (dot(wall, at) < offset) cut.normal = -1.0 * wall, cut.offset = -offset;

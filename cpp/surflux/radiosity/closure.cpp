@@ -10,8 +10,7 @@ namespace surflux {
 
 namespace {
 
-constexpr double largest_scale = 2.0;
-constexpr double near_tolerance = 1e-4;
+constexpr double near_tolerance = 1e-4;  // of near pairs, whose rows are closed with all others afterwards
 
 // What sure rows lose, such that they close by themselves where that does not contradict the rays.
 void settle_losses(const Exchange& exchange, const std::vector<double>& sums, Hemispheres& hemispheres) {
@@ -30,7 +29,7 @@ void settle_losses(const Exchange& exchange, const std::vector<double>& sums, He
 
 // Scales the near pairs alone, in place.
 void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const Hemispheres& hemispheres,
-                      double yield_of_rest) {
+                      const PairsTuning& tuning) {
     if (exchange.near.empty()) return;
     std::vector<std::uint32_t> members;
     for (const auto& [i, j] : exchange.near) members.push_back(i), members.push_back(j);
@@ -57,7 +56,7 @@ void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const
     }
     // Subtracting leaves rounding where a row is all near pairs.
     for (double& lost : problem.lost) lost = std::max(lost, 0.0);
-    problem.yields.assign(members.size(), yield_of_rest);
+    problem.yields.assign(members.size(), tuning.yield_of_rest);
     problem.product = [&](const std::vector<double>& x, std::vector<double>& out) {
         out.assign(x.size(), 0.0);
         for (const Entry& e : entries) {
@@ -65,7 +64,7 @@ void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const
             out[e.b] += e.g * x[e.a];
         }
     };
-    const Scaling found = scale_symmetrically(problem, largest_scale, near_tolerance);
+    const Scaling found = scale_symmetrically(problem, tuning.largest_scale, near_tolerance);
     for (std::size_t k = 0; k < entries.size(); ++k) {
         const Entry& e = entries[k];
         exchange.set(exchange.near[k].first, exchange.near[k].second, e.g * found.scale[e.a] * found.scale[e.b]);
@@ -79,7 +78,7 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
     exchange.scale.assign(exchange.size, 1.0);
     const std::vector<double> sums = exchange.row_sums();
     settle_losses(exchange, sums, hemispheres);
-    scale_near_pairs(exchange, sums, hemispheres, tuning.yield_of_rest);
+    scale_near_pairs(exchange, sums, hemispheres, tuning);
 
     ScalingProblem problem;
     problem.totals = exchange.areas;
@@ -88,7 +87,7 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
         problem.yields.push_back(exchange.sure[i] ? 1.0 : tuning.yield_of_disks);
     }
     problem.product = [&](const std::vector<double>& x, std::vector<double>& out) { exchange.apply(x, out, 1); };
-    Scaling found = scale_symmetrically(problem, largest_scale, tolerance, progress);
+    Scaling found = scale_symmetrically(problem, tuning.largest_scale, tolerance, progress);
 
     Closure closure;
     closure.rounds = found.rounds;

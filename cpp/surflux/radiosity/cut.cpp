@@ -8,14 +8,6 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr std::size_t neighbors = 9;  // the node itself among them
-// One alone may be what was left over when groups were grown: it is small, and nodes around it are no denser.
-constexpr std::ptrdiff_t fewest_finer = 2;
-
-}  // namespace
-
 NodePlaces::NodePlaces(const SurfelTree& tree, const Cut& cut) {
     for (std::uint32_t node : cut.nodes) {
         const std::uint32_t p = tree.representative(node);
@@ -79,9 +71,12 @@ std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen
     return count;
 }
 
-std::vector<char> Cut::unbalanced(const SurfelTree& tree, double most_unlike, const Progress& progress) const {
+std::vector<char> Cut::unbalanced(const SurfelTree& tree, const RefinementTuning& tuning,
+                                  const Progress& progress) const {
     const NodePlaces at(tree, *this);
     const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, nodes.size(), progress));
+    const std::size_t around = whole_number(tuning.nodes_around);
+    const auto fewest_finer = static_cast<std::ptrdiff_t>(whole_number(tuning.fewest_finer));
     std::vector<char> out(nodes.size(), 0);
     parallel_blocks(
         nodes.size(), 64,
@@ -89,8 +84,8 @@ std::vector<char> Cut::unbalanced(const SurfelTree& tree, double most_unlike, co
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
                 if (tree.is_leaf(nodes[k])) continue;
-                sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
-                const double least = tree.area(nodes[k]) / most_unlike;
+                sites.nearest(at.positions[k], at.normals[k], at.objects[k], around, near);
+                const double least = tree.area(nodes[k]) / tuning.most_unlike;
                 const auto finer = std::count_if(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
                     return tree.area(nodes[other.site]) < least;
                 });

@@ -5,6 +5,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/radiosity/surfel_tree.h"
+#include "surflux/radiosity/tuning.h"
 
 namespace surflux {
 
@@ -27,7 +28,8 @@ struct Cut {
                         std::size_t channels, const Progress& progress = {});
     // Grading of the cut, as of a balanced quadtree: the inner nodes adjacent to some of less than a 32nd of their
     // area. Interpolation weights follow the density of nodes, so that a coarse one would count for nothing there.
-    std::vector<char> unbalanced(const SurfelTree& tree, double most_unlike, const Progress& progress = {}) const;
+    std::vector<char> unbalanced(const SurfelTree& tree, const RefinementTuning& tuning = {},
+                                 const Progress& progress = {}) const;
 };
 
 // Where the nodes are: at the points that stand for them.

@@ -13,10 +13,6 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t neighbors = 9;  // the node itself among them
-constexpr std::size_t corners = 4;    // of a group that is probed
-constexpr std::uint32_t fewest_aimed = 6;
-
 // Between what the halves of a row's rays bring.
 Rgb difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row, const std::vector<double>& sent,
                Rgb& mean) {
@@ -75,7 +71,7 @@ std::vector<std::uint32_t> CutTest::telling_leaves(std::uint32_t node) const {
     std::vector<std::uint32_t> out{drawn.front()};
     std::vector<double> distance(drawn.size(), std::numeric_limits<double>::infinity());
     Vec3 from = tree_.position(tree_.representative(node));
-    for (std::size_t corner = 0; corner < corners; ++corner) {
+    for (std::size_t corner = 0; corner < whole_number(tuning_.corners); ++corner) {
         for (std::size_t k = 0; k < drawn.size(); ++k)
             distance[k] = std::min(distance[k], length(tree_.position(drawn[k]) - from));
         const auto farthest = std::max_element(distance.begin(), distance.end());
@@ -120,6 +116,8 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
                 own[k] = standard_error(gathering_, cut.rows[k], system, sent) / allowed.noise[k];
         },
         progress, own);
+    const std::size_t nodes_around = whole_number(tuning_.nodes_around);
+    const std::size_t fewest_aimed = whole_number(tuning_.fewest_aimed);
     Noise out;
     out.standard_error.resize(count);
     out.rays.resize(count);
@@ -129,7 +127,7 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
                 const Gathering::Row& row = gathering_.row(cut.rows[k]);
-                sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+                sites.nearest(at.positions[k], at.normals[k], at.objects[k], nodes_around, near);
                 double squared = 0.0;
                 std::uint32_t aimed = 0, fewest = 0;
                 for (const Interpolation::Weight& other : near) {
@@ -172,9 +170,10 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
 
     const Noise noise = rays_wanted(cut, system, sent, allowed, usual_area, most_rays, progress);
 
+    const std::size_t nodes_around = whole_number(tuning_.nodes_around);
     // What the nodes around say at the place of one.
     const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near, Rgb& of_sky) {
-        sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+        sites.nearest(at.positions[k], at.normals[k], at.objects[k], nodes_around, near);
         Rgb said;
         double sum = 0.0;
         of_sky = {};

@@ -13,8 +13,6 @@ namespace surflux {
 
 namespace {
 
-// As in closure.h: disks' own losses are known better than what their rows come to.
-constexpr double largest_scale = 2.0;
 constexpr double closure_tolerance = 1e-10, closed = 1e-6;
 
 std::vector<double> densities(const RowBlock& rows, const std::vector<double>& areas) {
@@ -105,7 +103,7 @@ FormFactorOperator::FormFactorOperator(State state) : state_(std::move(state)) {
         require(std::is_sorted(at(rows.begin[i]), at(rows.begin[i + 1])), "form factors: row ", i, " is not ascending");
         require(state_.areas[i] > 0.0 && std::isfinite(state_.areas[i]), "form factors: area ", i, " is not above 0");
         for (const std::vector<double>* shares : {&state_.scale, &state_.escape, &state_.absorbed})
-            require((*shares)[i] >= 0.0 && (*shares)[i] <= largest_scale, "form factors: row ", i,
+            require((*shares)[i] >= 0.0 && (*shares)[i] <= PairsTuning{}.largest_scale, "form factors: row ", i,
                     " has no such share");
     }
     for (const std::uint32_t j : rows.met) require(j < n, "form factors: a surfel past the last");
@@ -169,7 +167,9 @@ FormFactorOperator form_factor_operator(const CompiledScene& compiled, const For
     const std::vector<double> density = densities(state.rows, state.areas);
     ScalingProblem problem;
     problem.totals = s.areas;
-    problem.yields.assign(s.size(), PairsTuning{}.yield_of_disks);
+    // As in closure.h: disks' own losses are known better than what their rows come to.
+    const PairsTuning tuning;
+    problem.yields.assign(s.size(), tuning.yield_of_disks);
     for (const Triangle& t : s.triangles) problem.yields[t.surfel] = 1.0;
     for (std::size_t i = 0; i < s.size(); ++i) {
         const double rays = state.rows.rays[i];
@@ -180,7 +180,7 @@ FormFactorOperator form_factor_operator(const CompiledScene& compiled, const For
     problem.product = [&](const std::vector<double>& x, std::vector<double>& out) {
         exchange_product(state.rows, density, x, 1, out, itself);
     };
-    Scaling found = scale_symmetrically(problem, largest_scale, closure_tolerance, progress("closure"));
+    Scaling found = scale_symmetrically(problem, tuning.largest_scale, closure_tolerance, progress("closure"));
     for (std::size_t i = 0; i < s.size(); ++i) {
         const double lost = found.lost_scale[i] * (state.escape[i] + state.absorbed[i]), row = found.rows[i] - lost;
         state.escape[i] = std::min(found.lost_scale[i] * state.escape[i], 1.0 - std::min(1.0, row));

@@ -64,7 +64,7 @@ FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions&
     const Tracer& tracer = compiled.tracer(progress ? progress("trace") : Progress{});
     const PairExchange pairs(scene, options.epsilon, options.visibility);
     const Shafts shafts(scene);
-    const VisibleShare share(tracer, pairs, shafts, options.error, options.seed);
+    const VisibleShare share(tracer, pairs, shafts, options.error, options.seed, options.tuning);
     std::fill(out, out + n * n, 0.0);
 
     Exchange exchange;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/trace/compiled_scene.h"
 
 namespace surflux {
@@ -15,6 +16,7 @@ struct FormFactorOptions {
     int rays = 1024;         // per surfel, to measure what escapes
     double epsilon = 0.8;    // same surface where n_i . n_j is above this, D04 eq. 10
     std::uint64_t seed = 0;
+    FormFactorTuning tuning = {};
 };
 
 struct FormFactors {

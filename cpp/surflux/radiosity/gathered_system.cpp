@@ -228,7 +228,8 @@ void GatheredSystem::take_off_bias(const std::vector<std::uint32_t>& leaves, Ray
     for (std::size_t j = 0; j < leaves.size(); ++j) exchange.sender[j].bias = static_cast<float>(of_leaf[j]);
 }
 
-ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x, const Progress& progress) {
+ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x, const ReciprocityTuning& tuning,
+                                                       const Progress& progress) {
     drop_scaling();
     const std::size_t places = cut_->rows.size();
     const Progress starting = standing_at(0, places, progress);
@@ -297,7 +298,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         tree_.push_down(nodes);
         parallel_for(leaves.size(), 4096, [&](std::size_t j) { out[j] = nodes[leaves[j]]; });
     };
-    ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange, progress);
+    ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange, progress, tuning);
     std::vector<RayExchange::Sender>().swap(exchange.sender);
     sender_scale_.assign(tree_.points(), 1.0);
     for (std::size_t j = 0; j < leaves.size(); ++j) sender_scale_[leaves[j]] = scaling.senders[j];

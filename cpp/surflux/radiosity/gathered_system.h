@@ -36,7 +36,8 @@ public:
 
     // Scales rows and senders so that energy is kept (solution/reciprocal_scaling.h): what all receive from a sender is
     // what its own rays say leaves it for fronts of others, for about the light of x. After interpolate().
-    ReciprocalScaling scale_by_reciprocity(const std::vector<double>& x, const Progress& progress = {});
+    ReciprocalScaling scale_by_reciprocity(const std::vector<double>& x, const ReciprocityTuning& tuning = {},
+                                           const Progress& progress = {});
     // `x` holds the start and the result. `unit`: the light that places are solved in units of, so that a dim room has
     // a residual as small as a bright one; empty: all the same.
     LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const std::vector<double>& unit,

@@ -10,8 +10,6 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t ray_stream = 0x9a7e41;
-// Slopes are 1 / cos, and their mean square does not exist: beyond this they are cut.
-constexpr double steepest = 8.0;
 
 // Takes from a tilt what the same light from everywhere would give with these rays.
 void level(TiltedRgb& light, const Gathering::Row& row) {
@@ -38,6 +36,7 @@ Gathering::Gathering(const SurfelPoints& points, const Tracer& tracer, const Sur
       skies_(skies),
       seed_(seed),
       grazing_(tuning.grazing),
+      steepest_(tuning.steepest),
       team_(std::move(team)) {}
 
 bool Gathering::has_sky() const { return std::any_of(sky_.begin(), sky_.end(), is_lit); }
@@ -55,6 +54,7 @@ void Gathering::shoot(const Place& receiver, int count, const std::vector<Aim>* 
     out.links.clear();
     out.sky = {};
     out.row = {};
+    const double steepest = steepest_;
     std::uint32_t escaped = 0, absorbed = 0;
     double closeness = 0.0;
     for (std::size_t k = 0; k < found.rays.size(); ++k) {

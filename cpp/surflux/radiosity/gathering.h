@@ -99,7 +99,7 @@ private:
     const SurfelTree& tree_;
     const LightSampler& skies_;
     std::uint64_t seed_;
-    double grazing_;
+    double grazing_, steepest_;
     Team team_;
     std::vector<Place> places_;
     std::vector<Row> rows_;

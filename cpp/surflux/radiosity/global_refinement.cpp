@@ -21,8 +21,7 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t least_first_nodes = 200;
-constexpr int most_iterations = 16, most_applications = 100, most_rounds = 2;
+constexpr int most_applications = 100;
 constexpr std::uint64_t probe_stream = 0x9706e, particle_stream = 0xa817f;
 
 class GlobalRefinement {
@@ -32,6 +31,7 @@ public:
         : scene_(scene),
           tracer_(tracer),
           options_(options),
+          tuning_(options.tuning),
           progress_(progress),
           out_(out),
           watch_(watch),
@@ -58,13 +58,13 @@ public:
     }
 
     void run() {
-        const auto first_nodes = static_cast<std::size_t>(static_cast<double>(scene_.surfels.size()) /
-                                                          options_.tuning.surfels_per_first_node);
-        const auto [from, to] = tree_.level_of_at_least(std::max(least_first_nodes, first_nodes));
+        const auto first_nodes =
+            static_cast<std::size_t>(static_cast<double>(scene_.surfels.size()) / tuning_.surfels_per_first_node);
+        const auto [from, to] = tree_.level_of_at_least(std::max(whole_number(tuning_.least_first_nodes), first_nodes));
         for (std::uint32_t node = from; node < to; ++node) cut_.nodes.push_back(node);
         cut_.find_places(tree_, stage("gathering"));
         solve_on_nodes(0);
-        for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        for (std::size_t iteration = 0; iteration < whole_number(tuning_.most_iterations); ++iteration) {
             find_allowed();
             const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, allowed_, arrived(), reference_,
                                                    usual_area_, most_rays(), stage("gathering"));
@@ -82,7 +82,7 @@ public:
             const std::size_t refined = replace(found.refine);
             watch_.lap("refinement");
             solve_on_nodes(refined);
-            if (area < options_.tuning.little * total) break;
+            if (area < tuning_.little * total) break;
         }
         balance();
         sharpen();
@@ -102,11 +102,9 @@ private:
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
     InsertionOptions insertion_options() const {
-        return {smallest_radius(scene_.surfels, options_.tuning.smallest_share), options_.tuning};
+        return {smallest_radius(scene_.surfels, tuning_.smallest_share), tuning_};
     }
-    int most_rays() const {
-        return static_cast<int>(std::min(65535.0, options_.tuning.most_more_rays * options_.rays));
-    }
+    int most_rays() const { return static_cast<int>(std::min(65535.0, tuning_.most_more_rays * options_.rays)); }
 
     void shoot() {
         rays_->shoot(cut_, sent_, system_->channels(), particles_, stage("gathering"));
@@ -115,7 +113,7 @@ private:
 
     // More rays for nodes whose own are too few, once the cut is as it will be.
     void sharpen() {
-        for (int round = 0; round < most_rounds && rays_->any_aimed(); ++round) {
+        for (std::size_t round = 0; round < whole_number(tuning_.most_sharpenings) && rays_->any_aimed(); ++round) {
             solve_on_nodes(0);
             find_allowed();
             if (!cut_.want(
@@ -128,13 +126,13 @@ private:
     void solve_on_nodes(std::size_t refined) {
         shoot();
         system_->take_by_nodes(cut_);
-        report(solve(std::max(options_.tuning.rough_tolerance, options_.tolerance)), refined);
+        report(solve(std::max(tuning_.rough_tolerance, options_.tolerance)), refined);
     }
 
     // In units of the light that there was before.
     LinearReport solve(double tolerance) {
         std::vector<double> unit;
-        const double least = options_.tuning.dimmest * reference_;
+        const double least = tuning_.dimmest * reference_;
         if (least > 0.0)
             for (std::size_t k = 0; k < cut_.rows.size(); ++k)
                 unit.push_back(std::max(least, luminance(system_->value(values_, k) + system_->found(k))));
@@ -144,13 +142,13 @@ private:
     // The error that each node may have.
     void find_allowed() {
         const Progress starting = standing_at(0, cut_.rows.size(), stage("refinement"));
-        const double least = options_.tuning.dimmest * reference_;
+        const double least = tuning_.dimmest * reference_;
         allowed_.error.assign(cut_.rows.size(), options_.zeta * reference_);
         allowed_.noise = allowed_.error;
         if (!(least > 0.0)) return;
         const std::vector<double> light = local_light(tree_, gathering_, cut_, *system_, values_, least, starting);
         for (std::size_t k = 0; k < light.size(); ++k) {
-            allowed_.noise[k] = options_.zeta * options_.tuning.local_weight * light[k];
+            allowed_.noise[k] = options_.zeta * tuning_.local_weight * light[k];
             allowed_.error[k] = std::min(options_.zeta * reference_, allowed_.noise[k]);
         }
     }
@@ -187,10 +185,10 @@ private:
                 const double area = tree_.area(cut_.nodes[k]);
                 const double light = luminance(system_->value(values_, k) + system_->found(k) +
                                                sources_[tree_.representative(cut_.nodes[k])]);
-                if (light < options_.tuning.dim * reference_) dim += area;
+                if (light < tuning_.dim * reference_) dim += area;
                 all += area;
             }
-            if (!(dim > options_.tuning.little * all)) return {};
+            if (!(dim > tuning_.little * all)) return {};
             particles_.shoot(tree_, tracer_, *sent_, system_->channels(), options_.seed + particle_stream,
                              stage("gathering"));
         }
@@ -207,12 +205,10 @@ private:
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) {
-            return allowed(p) + options_.tuning.significance * sources_.standard_error(p);
+            return allowed(p) + tuning_.significance * sources_.standard_error(p);
         };
         Insertion insertion(tree_, insertion_options(), options_.team);
-        for (int round = 0; round < Insertion::most_rounds && insertion.refine(source, wanted, stage("insertion"));
-             ++round)
-            sources_.update(stage("insertion"));
+        insertion.refine_all(source, wanted, [&] { sources_.update(stage("insertion")); }, stage("insertion"));
         left_out_ = insertion.left_out();
         cut_.find_places(tree_, stage("insertion"));
         watch_.lap("insertion");
@@ -225,7 +221,7 @@ private:
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
             return allowed(p) +
-                   options_.tuning.significance *
+                   tuning_.significance *
                        std::hypot(sources_.standard_error(p),
                                   CutTest::standard_error(gathering_, cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
@@ -252,7 +248,7 @@ private:
     }
 
     void balance() {
-        while (replace(cut_.unbalanced(tree_, options_.tuning.most_unlike, stage("refinement"))) > 0) {
+        while (replace(cut_.unbalanced(tree_, tuning_, stage("refinement"))) > 0) {
         }
         watch_.lap("refinement");
     }
@@ -282,15 +278,15 @@ private:
         };
         parallel_for(tree_.points(), 4096, find_object, starting);
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
-                                              std::move(nodes.objects), starting);
+                                              std::move(nodes.objects), starting, tuning_.nodal);
         system_->interpolate(cut_, *field_, objects, values_, sight_, asked, stage("interpolation"));
         std::vector<std::uint32_t>().swap(objects);
         watch_.lap("interpolation");
-        LinearReport linear =
-            solve(asked.empty() ? options_.tuning.balanced_tolerance : options_.tuning.rough_tolerance);
+        LinearReport linear = solve(asked.empty() ? tuning_.balanced_tolerance : tuning_.rough_tolerance);
         if (asked.empty()) {
             // Energy that variance of rays and bias of interpolation would lose or make is kept where it is.
-            const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
+            const ReciprocalScaling scaling =
+                system_->scale_by_reciprocity(values_, tuning_.reciprocity, stage("solve"));
             imbalance_ = scaling.before;
             imbalance_left_ = scaling.after;
             const LinearReport last = solve(options_.tolerance);
@@ -305,6 +301,7 @@ private:
     const Scene& scene_;
     const Tracer& tracer_;
     const RefinementOptions& options_;
+    const RefinementTuning& tuning_;
     const StageProgress& progress_;
     Solution& out_;
     Stopwatch& watch_;
@@ -319,7 +316,7 @@ private:
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
     std::unique_ptr<NodeRays> rays_;
-    LightParticles particles_{options_.tuning};
+    LightParticles particles_{tuning_};
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
     CutTest::Allowed allowed_;
@@ -358,7 +355,7 @@ void GlobalRefinement::write_light() {
     parallel_for(cut_.rows.size(), 64, gather_one, starting);
     // Not where rays find a constant sky: what they miss of it they find of surfaces, and both together err less.
     if (!gathering_.has_sky())
-        light = system_->keep_power(light, without_noise(*field_, light, errors, sight_, starting));
+        light = system_->keep_power(light, without_noise(*field_, light, errors, sight_, starting, tuning_.regression));
     for (std::size_t k = 0; k < light.size(); ++k) at_nodes[k].value = light[k];
     out_.irradiance = at_leaves(std::move(at_nodes));
     if (gathering_.has_sky()) {
@@ -388,8 +385,10 @@ void solve_by_gathering(const Scene& scene, const Tracer& tracer, const Refineme
     Stopwatch watch(out.timings);
     const Sight sight(tracer, scene);
     const Progress of_tree = progress ? progress("hierarchy") : Progress{};
-    SurfelTree tree(scene, build_hierarchy(scene, sight, {options.epsilon, 0, options.seed}, of_tree),
-                    leaves_allowed(scene, options.insert, options.max_surfels), of_tree);
+    SurfelTree tree(
+        scene,
+        build_hierarchy(scene, sight, {options.epsilon, 0, options.seed, options.tuning.least_shrinking}, of_tree),
+        leaves_allowed(scene, options.insert, options.max_surfels), of_tree, options.tuning);
     watch.lap("hierarchy");
     GlobalRefinement(scene, tracer, sight, tree, options, progress, watch, out).run();
     give_back_memory();

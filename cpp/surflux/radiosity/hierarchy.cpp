@@ -13,7 +13,6 @@ namespace surflux {
 
 namespace {
 
-constexpr double least_shrinking = 0.05;
 constexpr std::size_t groups_per_report = 4096;
 
 // What a level groups: surfels, or the groups of the level below.
@@ -201,7 +200,7 @@ Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_
         Hierarchy::Level level =
             grow_groups(members, object_of, options.epsilon, random, joined_members, lowest ? progress : asking);
         const auto groups = static_cast<double>(level.first.size() - 1);
-        if (!lowest && groups > (1.0 - least_shrinking) * static_cast<double>(members.size())) break;
+        if (!lowest && groups > (1.0 - options.least_shrinking) * static_cast<double>(members.size())) break;
         average(members, level, asking);
         for (std::uint32_t& g : group_of) g = level.parent_of[g];
         enclose(surfels, group_of, level, asking);

@@ -6,6 +6,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/sight.h"
 
@@ -33,8 +34,9 @@ struct Hierarchy {
 
 struct HierarchyOptions {
     double epsilon = 0.8;    // cosine between normals above which surfels group (D04 eq. 10), -1 < epsilon < 1
-    int max_levels = 0;      // at most so many; 0: to one group, or to where a level shrinks by less than 5 %
+    int max_levels = 0;      // at most so many; 0: to one group, or to where a level hardly shrinks
     std::uint64_t seed = 0;  // of the order in which groups are grown
+    double least_shrinking = RefinementTuning{}.least_shrinking;  // from level to level
 };
 
 // Do two surfels share the air over them?

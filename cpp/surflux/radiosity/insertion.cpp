@@ -13,7 +13,6 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t neighbor_count = 9;     // the leaf itself among them
 constexpr std::size_t most_inserted = 50000;  // leaves more, unless it is said
 constexpr double inside = 0.96;               // of the way to the rim of a patch is as far as children go
 
@@ -89,8 +88,8 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
     const std::uint32_t i = leaves.points[place];
     out.error = {};
     out.off = 0.0;
-    leaves.sites->nearest(leaves.positions[place], leaves.normals[place], leaves.objects[place], neighbor_count,
-                          out.near);
+    leaves.sites->nearest(leaves.positions[place], leaves.normals[place], leaves.objects[place],
+                          whole_number(options_.tuning.leaves_around), out.near);
     const Frame frame = frame_around(leaves.normals[place]);
     SlopeFit<double> fit;
     for (const Interpolation::Weight& other : out.near) {
@@ -307,7 +306,8 @@ const NormalField& Insertion::normals() {
         normals.push_back(tree_.normal(p));
         objects.push_back(tree_.object(p));
     }
-    normals_ = std::make_unique<NormalField>(std::move(positions), std::move(normals), std::move(objects));
+    normals_ =
+        std::make_unique<NormalField>(std::move(positions), std::move(normals), std::move(objects), options_.tuning);
     return *normals_;
 }
 

@@ -29,8 +29,6 @@ std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 // surface or their parent.
 class Insertion {
 public:
-    static constexpr int most_rounds = 6;  // that a field is refined in
-
     Insertion(SurfelTree& tree, const InsertionOptions& options, Team team = {});
 
     // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there
@@ -38,6 +36,14 @@ public:
     // any?
     using OfPoint = std::function<double(std::uint32_t leaf)>;
     bool refine(const OfPoint& value, const OfPoint& wanted, const Progress& progress = {});
+    // The same, round after round, with what each changes, until there are none or it has been done that often.
+    template <class Changed>
+    void refine_all(const OfPoint& value, const OfPoint& wanted, const Changed& changed,
+                    const Progress& progress = {}) {
+        for (std::size_t left = whole_number(options_.tuning.insertion_rounds);
+             left > 0 && refine(value, wanted, progress); --left)
+            changed();
+    }
     // How many leaves the last round would have split and did not, for want of room.
     std::size_t left_out() const { return left_out_; }
     // Which points refine() asks for a value: those of objects in which any may be split.

@@ -13,14 +13,13 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t around = 9;        // surfels, the one itself among them
-constexpr double between_places = 0.25;  // of second order: half as far, a quarter of the error
-
 // Marks surfels around which emitters' light is better interpolated from the exchange between surfels, which has no
 // noise, than found by rays: these are off by more than is wanted, and by more than interpolation is.
 std::vector<char> noisy_emitters(const Surfels& s, const std::vector<std::uint32_t>& objects,
                                  const Interpolation& sites, const std::vector<Rgb>& exact,
-                                 const std::vector<Rgb>& missing, double wanted, const Progress& progress) {
+                                 const std::vector<Rgb>& missing, double wanted, const PairsTuning& tuning,
+                                 const Progress& progress) {
+    const std::size_t around = whole_number(tuning.surfels_around);
     std::vector<double> noise(s.size()), bend(s.size());
     std::vector<char> out(s.size(), 0);
     const auto near_each = [&](const auto& body) {
@@ -49,7 +48,7 @@ std::vector<char> noisy_emitters(const Surfels& s, const std::vector<std::uint32
     near_each([&](std::size_t i, const std::vector<Interpolation::Weight>& near) {
         double squared = 0.0;
         for (const Interpolation::Weight& other : near) squared += bend[other.site] * bend[other.site];
-        const double interpolated = between_places * std::sqrt(squared / static_cast<double>(near.size()));
+        const double interpolated = tuning.between_places * std::sqrt(squared / static_cast<double>(near.size()));
         out[i] = noise[i] > std::max(wanted, interpolated);
     });
     return out;
@@ -57,8 +56,8 @@ std::vector<char> noisy_emitters(const Surfels& s, const std::vector<std::uint32
 
 }  // namespace
 
-void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelTree& tree, LitPoints& lit,
-                  const Progress& progress, Solution& solution) {
+void insert_after(const Scene& scene, const Tracer& tracer, double zeta, const PairsTuning& tuning, SurfelTree& tree,
+                  LitPoints& lit, const Progress& progress, Solution& solution) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     Stopwatch watch(solution.timings);
@@ -78,11 +77,12 @@ void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelT
     const Sight sight(tracer, scene);
     std::vector<Rgb> light(n);
     for (std::size_t i = 0; i < n; ++i) light[i] = direct[i] + emitted[i] + others[i];
-    const NodalField field(s.positions, s.normals, scene.object);
+    const NodalField field(s.positions, s.normals, scene.object, {}, tuning.nodal);
     const bool has_emitters = !solution.emitted.empty();
-    const std::vector<char> is_noisy = has_emitters ? noisy_emitters(s, scene.object, field.interpolation(),
-                                                                     solution.emitted, emitted, wanted, progress)
-                                                    : std::vector<char>();
+    const std::vector<char> is_noisy = has_emitters
+                                           ? noisy_emitters(s, scene.object, field.interpolation(), solution.emitted,
+                                                            emitted, wanted, tuning, progress)
+                                           : std::vector<char>();
     const NodalField::Values exact_field =
         has_emitters ? field.fit(solution.emitted, &sight, progress) : NodalField::Values{};
     const NodalField::Values direct_field = field.fit(direct, &sight, progress),
@@ -94,7 +94,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelT
     const auto allowed = [&](std::uint32_t p) {
         return wanted + RefinementTuning{}.significance * lit.standard_error(p);
     };
-    for (int round = 0; round < Insertion::most_rounds && insertion.refine(value, allowed, progress); ++round) {
+    const auto interpolate = [&] {
         lit.update(progress);
         const std::size_t before = direct.size();
         direct.resize(tree.points());
@@ -118,7 +118,8 @@ void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelT
                 }
             },
             progress);
-    }
+    };
+    insertion.refine_all(value, allowed, interpolate, progress);
     if (tree.points() > n) {
         const std::vector<std::uint32_t> leaves = tree.all_leaves();
         solution.direct.resize(leaves.size());

@@ -10,13 +10,6 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr std::size_t least = std::size_t{1} << 16, most = std::size_t{1} << 20;
-constexpr std::size_t telling = 3;  // particles: fewer are chance
-
-}  // namespace
-
 void LightParticles::shoot(const SurfelTree& tree, const Tracer& tracer, const std::vector<double>& sent,
                            std::size_t channels, std::uint64_t seed, const Progress& progress) {
     const std::vector<std::uint32_t> leaves = tree.all_leaves();
@@ -29,8 +22,9 @@ void LightParticles::shoot(const SurfelTree& tree, const Tracer& tracer, const s
         power[k + 1] = power[k] + tree.area(leaves[k]) * std::max(0.0, light_of(leaves[k]));
     arrivals_.clear();
     if (!(power.back() > 0.0)) return;
-    const std::size_t count = std::clamp(
-        static_cast<std::size_t>(tuning_.particles_of_surfel * static_cast<double>(leaves.size())), least, most);
+    const auto wanted = static_cast<std::size_t>(tuning_.particles_of_surfel * static_cast<double>(leaves.size()));
+    const std::size_t count =
+        std::min(std::max(wanted, whole_number(tuning_.least_particles)), whole_number(tuning_.most_particles));
     power_ = power.back() / static_cast<double>(count);
     std::vector<Arrival> found(count);
     parallel_blocks(
@@ -62,6 +56,7 @@ std::vector<double> LightParticles::irradiance(const SurfelTree& tree, const Cut
     std::vector<std::size_t> arrived(cut.nodes.size(), 0);
     for (std::uint32_t s = 0; s + 1 < begin_.size(); ++s)
         if (cut.place_of[s] != SurfelTree::none) arrived[cut.place_of[s]] += begin_[s + 1] - begin_[s];
+    const std::size_t telling = whole_number(tuning_.telling_particles);
     std::vector<double> out(cut.nodes.size(), 0.0);
     for (std::size_t k = 0; k < out.size(); ++k)
         if (arrived[k] >= telling) out[k] = static_cast<double>(arrived[k]) * power_ / tree.area(cut.nodes[k]);

@@ -11,9 +11,6 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t beside = 8, looked_at = 24;
-constexpr double own_share = 0.16;  // squared distance over area: .4 of the spacing
-
 // Of what is drawn by a place: its bits, mixed (Steele, Lea and Flood 2014).
 std::uint64_t number_of(const Vec3& at) {
     std::uint64_t mixed = 0x9e3779b97f4a7c15u;
@@ -28,11 +25,13 @@ std::uint64_t number_of(const Vec3& at) {
 
 }  // namespace
 
-NearestDisks::NearestDisks(const Scene& scene, const Progress& progress) : scene_(scene) {
+NearestDisks::NearestDisks(const Scene& scene, const Progress& progress, const RefinementTuning& tuning)
+    : scene_(scene), each_(whole_number(tuning.disks_beside)), own_cell_(tuning.own_cell) {
     const Surfels& s = scene.surfels;
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
     if (s.triangles.size() > 0 && std::adjacent_find(triangles.begin(), triangles.end()) == triangles.end()) return;
     const PointIndex index(s.positions, progress);
+    const std::size_t beside = each_, looked_at = whole_number(tuning.disks_looked_at);
     beside_.resize(s.size() * beside);
     const auto find = [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
@@ -55,6 +54,7 @@ NearestDisks::NearestDisks(const Scene& scene, const Progress& progress) : scene
 
 // Copies of a disk are met in turn.
 std::uint32_t NearestDisks::one_of_its_place(std::uint32_t surfel, const Vec3& at) const {
+    const std::size_t beside = each_;
     const std::uint32_t* others = &beside_[surfel * beside];
     const Vec3& here = scene_.surfels.positions[surfel];
     std::size_t copies = 0;  // the nearest, so that they come first
@@ -69,7 +69,8 @@ std::uint32_t NearestDisks::owner(std::uint32_t surfel, const Vec3& at) const {
     const Surfels& s = scene_.surfels;
     double least = length_squared(s.positions[surfel] - at);
     // Well within its own cell it has no rival.
-    if (!(least > own_share * s.areas[surfel])) return one_of_its_place(surfel, at);
+    if (!(least > own_cell_ * s.areas[surfel])) return one_of_its_place(surfel, at);
+    const std::size_t beside = each_;
     // Nearer and nearer: a disk that reaches far has none of those around the place beside it.
     for (std::uint32_t from = std::numeric_limits<std::uint32_t>::max(); from != surfel;) {
         from = surfel;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
@@ -13,7 +14,7 @@ namespace surflux {
 // thin wall, the wall's side is met.
 class NearestDisks {
 public:
-    explicit NearestDisks(const Scene& scene, const Progress& progress = {});
+    explicit NearestDisks(const Scene& scene, const Progress& progress = {}, const RefinementTuning& tuning = {});
 
     // Of what was met at a place.
     std::uint32_t owner(std::uint32_t surfel, const Vec3& at) const;
@@ -22,6 +23,8 @@ private:
     std::uint32_t one_of_its_place(std::uint32_t surfel, const Vec3& at) const;
 
     const Scene& scene_;
+    std::size_t each_;
+    double own_cell_;
     std::vector<std::uint32_t> beside_;  // some of each surfel, if it is a disk, its nearest others; or itself
 };
 

@@ -7,23 +7,20 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr std::size_t slope_neighbors = 9;  // the point itself among them
-constexpr double stiffness = 0.01;
-
-}  // namespace
-
-NormalField::NormalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects)
+NormalField::NormalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
+                         const RefinementTuning& tuning)
     : positions_(std::move(positions)),
       normals_(std::move(normals)),
       objects_(std::move(objects)),
       interpolation_(positions_, normals_, objects_),
-      slopes_(positions_.size()) {
+      slopes_(positions_.size()),
+      most_turn_(tuning.most_normal_turn) {
+    const std::size_t around = whole_number(tuning.normals_around);
+    const double stiffness = tuning.normal_stiffness;
     parallel_blocks(positions_.size(), 64, [&](std::size_t begin, std::size_t end) {
         std::vector<Interpolation::Weight> near;
         for (std::size_t i = begin; i < end; ++i) {
-            interpolation_.nearest(positions_[i], normals_[i], objects_[i], slope_neighbors, near);
+            interpolation_.nearest(positions_[i], normals_[i], objects_[i], around, near);
             const Frame frame = frame_around(normals_[i]);
             SlopeFit<Vec3> fit(stiffness);
             for (const Interpolation::Weight& other : near) {
@@ -49,9 +46,8 @@ Vec3 NormalField::at(const Vec3& point, const Vec3& facing, std::uint32_t object
             w.weight * (normals_[w.site] + dot(d, frame.u) * slopes_[w.site].u + dot(d, frame.v) * slopes_[w.site].v);
     }
     // Where it would turn farther than neighbours may differ, they are not of one smooth surface.
-    constexpr double most_turn = 0.5;  // cosine
     for (const Vec3& n : {sloped, mean})
-        if (dot(n, facing) > most_turn * length(n)) return normalized(n);
+        if (dot(n, facing) > most_turn_ * length(n)) return normalized(n);
     return facing;
 }
 

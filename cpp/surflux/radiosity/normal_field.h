@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/vec.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/solution/interpolation.h"
 
 namespace surflux {
@@ -13,7 +14,8 @@ namespace surflux {
 // points they leave 8.6 degrees of 9.8, slopes 5.4.
 class NormalField {
 public:
-    NormalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects);
+    NormalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
+                const RefinementTuning& tuning = {});
     NormalField(const NormalField&) = delete;  // nor moved: the interpolation refers to positions and normals
     NormalField& operator=(const NormalField&) = delete;
 
@@ -28,6 +30,7 @@ private:
     std::vector<std::uint32_t> objects_;
     Interpolation interpolation_;
     std::vector<Slope> slopes_;
+    double most_turn_;  // cosine
 };
 
 }  // namespace surflux

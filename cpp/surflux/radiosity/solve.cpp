@@ -40,7 +40,8 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
         solve_by_pairs(scene, tracer, lit, {options.tolerance, options.rays, options.exchange, options.seed}, progress,
                        out);
         if (options.insert)
-            insert_after(scene, tracer, options.zeta, tree, lit, progress ? progress("insertion") : Progress{}, out);
+            insert_after(scene, tracer, options.zeta, options.exchange.tuning, tree, lit,
+                         progress ? progress("insertion") : Progress{}, out);
     } else {
         RefinementOptions refinement;
         refinement.zeta = options.zeta;
@@ -56,7 +57,8 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
         solve_by_gathering(scene, tracer, refinement, progress, out);
     }
     give_back_memory();
-    check_solution(scene, tracer, options.seed, progress ? progress("self-check") : Progress{}, out, options.team);
+    check_solution(scene, tracer, options.seed, progress ? progress("self-check") : Progress{}, out, options.team,
+                   by_pairs ? options.exchange.tuning.self_check : options.tuning.self_check);
     return out;
 }
 

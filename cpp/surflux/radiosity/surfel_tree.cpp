@@ -9,7 +9,7 @@
 namespace surflux {
 
 SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves,
-                       const Progress& progress)
+                       const Progress& progress, const RefinementTuning& tuning)
     : scene_(scene), surfels_(scene.surfels.size()), leaves_(surfels_), most_leaves_(std::max(most_leaves, surfels_)) {
     // A split adds four points and three leaves.
     const std::size_t room = surfels_ + (most_leaves_ - surfels_) / (children - 1) * children;
@@ -39,7 +39,7 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
         here += static_cast<std::uint32_t>(level.size());
         levels_.push_back(here - first_group_);
     }
-    if (!hierarchy.levels.empty()) nearest_.emplace(scene, progress);
+    if (!hierarchy.levels.empty()) nearest_.emplace(scene, progress, tuning);
 }
 
 std::int32_t SurfelTree::level(std::uint32_t node) const {

@@ -8,6 +8,7 @@
 #include "surflux/core/span.h"
 #include "surflux/radiosity/hierarchy.h"
 #include "surflux/radiosity/nearest_disks.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
@@ -22,7 +23,8 @@ public:
     static constexpr std::uint32_t children = 4;
 
     // `most_leaves`: the room for insertion.
-    SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves, const Progress& progress = {});
+    SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves, const Progress& progress = {},
+               const RefinementTuning& tuning = {});
 
     std::size_t size() const { return first_group_ + groups_.size(); }  // of arrays by node; some stay unused
     std::size_t points() const { return surfels_ + inserted_.size(); }  // surfels and inserted ones

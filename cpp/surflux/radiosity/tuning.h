@@ -1,5 +1,7 @@
 #pragma once
 
+#include "surflux/solution/tuning.h"
+
 namespace surflux {
 
 // Constants of the exchange of all pairs that trade error against seconds, in one place: no options, for no scene wants
@@ -23,6 +25,13 @@ struct PairsTuning {
     // pairs. Measured on a ball and in corners under lights and skies: from 0.1 to 0.3 all the same, and the error up
     // to 2 times less than at 1.
     double yield_of_disks = 0.1, yield_of_rest = 0.1;
+    // Scale of a row at most: what it lacks beyond that counts as absorbed.
+    double largest_scale = 2.0;
+    // When surfels are inserted afterwards: those around one, itself among them, whose differences tell the noise of
+    // its emitters' light; and what part of these interpolation is off by, of second order half as far on.
+    double surfels_around = 9.0, between_places = 0.25;
+    NodalTuning nodal;  // of what is interpolated to them
+    SelfCheckTuning self_check;
 
     // Calls visit(name, value) for each.
     template <class Visit>
@@ -41,6 +50,32 @@ struct PairsTuning {
         visit("hemisphere_rays", hemisphere_rays);
         visit("yield_of_disks", yield_of_disks);
         visit("yield_of_rest", yield_of_rest);
+        visit("largest_scale", largest_scale);
+        visit("surfels_around", surfels_around);
+        visit("between_places", between_places);
+        nodal.for_each_of_slopes(visit);
+        self_check.for_each(visit);
+    }
+};
+
+// Constants of form_factors() that trade error against seconds, likewise: how the free share of a pair is sampled.
+struct FormFactorTuning {
+    // Points of each of eight streams that are tried first, and at most; the latter of disks.
+    double first_points = 4.0, most_points = 131072.0, most_points_of_disks = 64.0;
+    // Form factor above which rays of near pairs leave the smaller surfel as its light does: the kernel of patches that
+    // touch has no variance to sample by.
+    double hemisphere_factor = 0.003;
+    // What shares of disks may be off by, whatever is asked for: their exchange is known to some per cent close by.
+    double disk_error = 0.05;
+
+    // Calls visit(name, value) for each.
+    template <class Visit>
+    void for_each(const Visit& visit) {
+        visit("first_points", first_points);
+        visit("most_points", most_points);
+        visit("most_points_of_disks", most_points_of_disks);
+        visit("hemisphere_factor", hemisphere_factor);
+        visit("disk_error", disk_error);
     }
 };
 
@@ -48,7 +83,11 @@ struct PairsTuning {
 // `surflux bench --constants` turns each and shows what it trades.
 struct RefinementTuning {
     // The cut that refinement begins with: more nodes at once are fewer iterations, and rays where none were needed.
-    double surfels_per_first_node = 500.0;
+    double surfels_per_first_node = 500.0, least_first_nodes = 200.0;
+    // What a level of the hierarchy has fewer than the one below, at least: less steep ones are memory for little.
+    double least_shrinking = 0.05;
+    // Tests of the cut, at most, and rounds of more rays once it is as it will be.
+    double most_iterations = 16.0, most_sharpenings = 2.0;
     // A node is refined where what is close by differs: closeness times deviation of what rays bring, weighed by this.
     double closeness_weight = 1.5;
     // Rays from each of some surfels below a group, which tell what nodes around do not know of it, and what share of
@@ -57,6 +96,9 @@ struct RefinementTuning {
     double probe_error = 0.08;
     // Areas of nodes beside each other, above which the larger is refined: interpolation between unlike nodes is poor.
     double most_unlike = 32.0;
+    // So many around it, itself among them, are asked about a node; of these so many must be that much smaller, for one
+    // alone may be what was left over when groups were grown.
+    double nodes_around = 9.0, fewest_finer = 2.0;
     // Share of the mean area of surfels, by area, up to which a node gets all rays; larger ones get fewer.
     double usual_share = 0.25;
     // GMRES's tolerance while nodes are refined, and when energy is balanced: the final one is the user's.
@@ -87,13 +129,31 @@ struct RefinementTuning {
     double farthest_child = 0.75;
     // Rows around one that has too much noise, by whose light its further rays are aimed.
     double rows_around = 9.0;
+    // Nodes around one whose rays are aimed, from which on its own are: it knows less than they do.
+    double fewest_aimed = 6.0;
     // Times the rays that a node has, which it may get at once: then it is asked again.
     double most_at_once = 4.0;
     // Surfels of a group that are drawn and looked at for those at its corners, which are probed.
-    double drawn_leaves = 64.0;
+    double drawn_leaves = 64.0, corners = 4.0;
     // Particles for each surfel, from all that sends, which tell what lights places too dim for rays; and how many of
     // those that arrive at a node its rays are aimed at, at most.
     double particles_of_surfel = 32.0, most_aims = 64.0;
+    // So many at least and at most; and how many must arrive at a node to tell: fewer are chance.
+    double least_particles = 65536.0, most_particles = 1048576.0, telling_particles = 3.0;
+    // 1 / cos of rays, of which slopes are made, at most: their mean square does not exist.
+    double steepest = 8.0;
+    // Nearest disks that are kept of each, of so many that are looked at, to tell which of overlapping ones a ray
+    // means; and squared distance from a centre, over the area, within which it is that one's: .4 of the spacing.
+    double disks_beside = 8.0, disks_looked_at = 24.0, own_cell = 0.16;
+    // Leaves that tell a slope, the one itself among them; and rounds in which sources are refined.
+    double leaves_around = 9.0, insertion_rounds = 6.0;
+    // Points that normals between them go by, the point itself among them; how stiff their slopes are; and cosine of
+    // what they may turn by: beyond that they are not of one smooth surface.
+    double normals_around = 9.0, normal_stiffness = 0.01, most_normal_turn = 0.5;
+    NodalTuning nodal;
+    RegressionTuning regression;
+    ReciprocityTuning reciprocity;
+    SelfCheckTuning self_check;
 
     // Calls visit(name, value) for each.
     template <class Visit>
@@ -125,6 +185,30 @@ struct RefinementTuning {
         visit("drawn_leaves", drawn_leaves);
         visit("particles_of_surfel", particles_of_surfel);
         visit("most_aims", most_aims);
+        visit("least_first_nodes", least_first_nodes);
+        visit("least_shrinking", least_shrinking);
+        visit("most_iterations", most_iterations);
+        visit("most_sharpenings", most_sharpenings);
+        visit("nodes_around", nodes_around);
+        visit("fewest_finer", fewest_finer);
+        visit("corners", corners);
+        visit("fewest_aimed", fewest_aimed);
+        visit("least_particles", least_particles);
+        visit("most_particles", most_particles);
+        visit("telling_particles", telling_particles);
+        visit("steepest", steepest);
+        visit("disks_beside", disks_beside);
+        visit("disks_looked_at", disks_looked_at);
+        visit("own_cell", own_cell);
+        visit("leaves_around", leaves_around);
+        visit("insertion_rounds", insertion_rounds);
+        visit("normals_around", normals_around);
+        visit("normal_stiffness", normal_stiffness);
+        visit("most_normal_turn", most_normal_turn);
+        nodal.for_each(visit);
+        regression.for_each(visit);
+        reciprocity.for_each(visit);
+        self_check.for_each(visit);
     }
 };
 

@@ -11,13 +11,6 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t streams = 8;
-constexpr std::size_t first_points = 4, most_points = 1 << 17;  // per stream
-// Of near pairs, from which rays leave the smaller surfel as its light does: the kernel of patches that touch has no
-// variance to sample by.
-constexpr double large_factor = 0.003;
-// Of disks, whose exchange is known to some per cent close by: finer shares gain nothing.
-constexpr double disk_error = 0.05;
-constexpr std::size_t most_points_of_disks = 64;
 
 // What the rays of one stream met, by weight.
 struct Stream {
@@ -56,7 +49,7 @@ VisibleShare::Share VisibleShare::operator()(std::uint32_t i, std::uint32_t j, P
     const bool near = range == Range::near;
     if (near && pairs_.extent(j) < pairs_.extent(i)) std::swap(i, j);
     const bool patches = pairs_.is_patch(i) && pairs_.is_patch(j);
-    const bool by_hemisphere = near && factor > large_factor;
+    const bool by_hemisphere = near && factor > tuning_.hemisphere_factor;
     const Frame frame = frame_around(pairs_.normal(i));
     Share out;
     const auto try_points = [&](Stream& s, std::size_t count) {
@@ -89,11 +82,12 @@ VisibleShare::Share VisibleShare::operator()(std::uint32_t i, std::uint32_t j, P
         out.value = tried[0].all > 0.0 ? tried[0].free / tried[0].all : 0.0;
         return out;
     }
-    const double allowed = std::max(error_ / std::sqrt(factor), patches ? 0.0 : disk_error);
+    const double allowed = std::max(error_ / std::sqrt(factor), patches ? 0.0 : tuning_.disk_error);
     const double unseen = 3.0 / allowed;
     std::size_t taken = 0;
     Estimate found;
-    for (std::size_t points = first_points;; points *= 2) {
+    const std::size_t most = whole_number(patches ? tuning_.most_points : tuning_.most_points_of_disks);
+    for (std::size_t points = whole_number(tuning_.first_points);; points *= 2) {
         for (Stream& s : tried) try_points(s, points - taken);
         taken = points;
         found = estimate(tried);
@@ -104,7 +98,7 @@ VisibleShare::Share VisibleShare::operator()(std::uint32_t i, std::uint32_t j, P
         if (found.mixed ? std::max(found.error, independent / 4.0) <= 0.5 * allowed
                         : static_cast<double>(out.rays) >= unseen)
             break;
-        if (points >= (patches ? most_points : most_points_of_disks)) {
+        if (points >= most) {
             out.precise = !patches;
             break;
         }

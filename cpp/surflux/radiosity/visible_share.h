@@ -5,6 +5,7 @@
 
 #include "surflux/radiosity/pair_exchange.h"
 #include "surflux/radiosity/shafts.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -22,8 +23,8 @@ namespace surflux {
 class VisibleShare {
 public:
     VisibleShare(const Tracer& tracer, const PairExchange& pairs, const Shafts& shafts, double error,
-                 std::uint64_t seed)
-        : tracer_(tracer), pairs_(pairs), shafts_(shafts), error_(error), seed_(seed) {}
+                 std::uint64_t seed, const FormFactorTuning& tuning = {})
+        : tracer_(tracer), pairs_(pairs), shafts_(shafts), error_(error), seed_(seed), tuning_(tuning) {}
 
     struct Share {
         double value = 1.0;
@@ -39,6 +40,7 @@ private:
     const Shafts& shafts_;
     double error_;
     std::uint64_t seed_;
+    FormFactorTuning tuning_;
 };
 
 }  // namespace surflux

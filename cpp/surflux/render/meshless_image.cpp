@@ -154,8 +154,8 @@ struct Passes {
             use(level_program);
             use_unit(level_program);
             gl.Uniform1f(level_program.uniform("level"), static_cast<float>(level));
-            gl.Uniform4f(level_program.uniform("limits"), static_cast<float>(LevelLight::largest_deviation),
-                         static_cast<float>(LevelLight::largest_part), 0.0f, 0.0f);
+            gl.Uniform4f(level_program.uniform("limits"), static_cast<float>(field.largest_deviation),
+                         static_cast<float>(field.largest_part), 0.0f, 0.0f);
             whole_image();
         }
         return images[done % 2];

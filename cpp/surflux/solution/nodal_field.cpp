@@ -8,19 +8,9 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr std::size_t slope_neighbors = 9;           // itself among them
-constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
-constexpr double most_sloped = 2.0;                  // of a value by weights alone, with slopes and turns
-constexpr double spare_share = 0.25;                 // overshoot that slopes may make, over the range of values around
-constexpr double least_share = 0.25;                 // of the least value around, which they do not fall below
-
-}  // namespace
-
 NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
-                       const Progress& progress)
-    : positions_(std::move(positions)), normals_(std::move(normals)), objects_(std::move(objects)) {
+                       const Progress& progress, const NodalTuning& tuning)
+    : positions_(std::move(positions)), normals_(std::move(normals)), objects_(std::move(objects)), tuning_(tuning) {
     for (const Vec3& normal : normals_) frames_.push_back(frame_around(normal));
     interpolation_ = std::make_unique<Interpolation>(positions_, normals_, objects_, progress);
     sites_ = std::make_unique<Sight::Sites>(positions_, normals_);
@@ -33,7 +23,7 @@ Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal)
     Rgb out = f.value + dot(normal, frame.u) * f.u + dot(normal, frame.v) * f.v;
     for (int c = 0; c < 3; ++c) {
         const double value = std::max(0.0, f.value[c]);
-        out[c] = std::clamp(out[c], least_turn * value, most_turn * value);
+        out[c] = std::clamp(out[c], tuning_.least_turn * value, tuning_.most_turn * value);
     }
     return out;
 }
@@ -53,6 +43,7 @@ NodalField::Values NodalField::fit(const std::vector<Rgb>& values, const Sight* 
 
 void NodalField::fit_slopes(Values& out, const Sight* sight, const Progress& progress) const {
     out.slopes.assign(size(), {});
+    const std::size_t slope_neighbors = whole_number(tuning_.slope_neighbors);
     parallel_blocks(
         size(), 64,
         [&](std::size_t begin, std::size_t end) {
@@ -96,8 +87,8 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
     }
     // Slopes may carry on a little beyond what the nodes around have. Where all are lit, no place is dark.
     for (int c = 0; c < 3; ++c) {
-        const double spare = spare_share * (most[c] - least[c]);
-        sum[c] = std::clamp(sum[c], std::max(least_share * least[c], least[c] - spare), most[c] + spare);
+        const double spare = tuning_.spare_share * (most[c] - least[c]);
+        sum[c] = std::clamp(sum[c], std::max(tuning_.least_share * least[c], least[c] - spare), most[c] + spare);
     }
     return sum;
 }
@@ -111,6 +102,7 @@ std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t 
         for (int c = 0; c < 3; ++c) sum[c] = std::max(0.0, sum[c]);
         return sum;
     };
+    const double most_sloped = tuning_.most_sloped;
     std::vector<Rgb> out(places);
     parallel_for(
         places, 256,

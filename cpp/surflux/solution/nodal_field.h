@@ -10,6 +10,7 @@
 #include "surflux/core/vec.h"
 #include "surflux/solution/interpolation_matrix.h"
 #include "surflux/solution/sight.h"
+#include "surflux/solution/tuning.h"
 
 namespace surflux {
 
@@ -35,7 +36,7 @@ public:
     };
 
     NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
-               const Progress& progress = {});
+               const Progress& progress = {}, const NodalTuning& tuning = {});
     NodalField(const NodalField&) = delete;  // nor moved: the interpolation refers to the positions and normals
     NodalField& operator=(const NodalField&) = delete;
 
@@ -58,9 +59,9 @@ public:
         InterpolationMatrix::Row weights;
     };
     // The field at all places of a surface, conserving the integral of zeroth-order interpolation: what gradients add
-    // around a node is taken off there. They are limited to twice of what weights say and to half of it, so that the
-    // factors of nodes are between 1/2 and 2, too. By the limits of at() alone, which may be nothing all around a node
-    // in the dark, those would have no bound. `place` is asked on many threads at once.
+    // around a node is taken off there. They are limited to twice of what weights say and to half of it
+    // (`most_sloped`), so that the factors of nodes are between 1/2 and 2, too. By the limits of at() alone, which may
+    // be nothing all around a node in the dark, those would have no bound. `place` is asked on many threads at once.
     std::vector<Rgb> at_conservatively(const Values& field, std::size_t places,
                                        const std::function<Place(std::size_t)>& place,
                                        const Progress& progress = {}) const;
@@ -74,6 +75,7 @@ private:
     std::vector<Frame> frames_;
     std::unique_ptr<Interpolation> interpolation_;
     std::unique_ptr<Sight::Sites> sites_;
+    NodalTuning tuning_;
 };
 
 }  // namespace surflux

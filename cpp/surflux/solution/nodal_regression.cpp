@@ -12,10 +12,6 @@ namespace surflux {
 namespace {
 
 constexpr std::array<std::size_t, 4> sizes = {12, 20, 40, 90};  // nodes of a fit, itself among them
-constexpr std::size_t least_nodes = 9;                          // six terms need some more than six
-constexpr std::size_t pooled = 9;                               // nodes whose errors tell the variance of one
-constexpr std::size_t averaged = 12;                            // nodes whose risks tell that of one
-constexpr double like = 0.95;                                   // cosine between normals
 constexpr double least_variance = 0.01;  // of another node, of that of one: no weight is infinite
 constexpr double ridge = 1e-6;
 
@@ -39,10 +35,15 @@ double squared_change(const Rgb& from, const Rgb& to) {
 class Regression {
 public:
     Regression(const NodalField& nodes, const std::vector<Rgb>& values, const std::vector<double>& standard_error,
-               const Sight& sight, const Progress& progress)
-        : nodes_(nodes), values_(values), sight_(sight), variance_(values.size()), fits_(values.size()) {
+               const Sight& sight, const RegressionTuning& tuning, const Progress& progress)
+        : nodes_(nodes),
+          values_(values),
+          sight_(sight),
+          tuning_(tuning),
+          variance_(values.size()),
+          fits_(values.size()) {
         in_blocks(progress, [&](std::uint32_t i, Near& near) {
-            around(i, pooled, near);
+            around(i, whole_number(tuning.pooled_nodes), near);
             drop_strangers(i, near);
             double sum = 0.0;
             for (const Interpolation::Weight& n : near) sum += standard_error[n.site] * standard_error[n.site];
@@ -55,7 +56,7 @@ public:
         std::vector<Rgb> out = values_;
         in_blocks(progress, [&](std::uint32_t i, Near& near) {
             if (!(variance_[i] > 0.0)) return;
-            around(i, averaged, near);
+            around(i, whole_number(tuning_.averaged_nodes), near);
             drop_strangers(i, near);
             std::array<double, sizes.size() + 1> risk = {};
             for (const Interpolation::Weight& n : near)
@@ -103,7 +104,7 @@ private:
     void drop_strangers(std::uint32_t i, Near& near) const {
         const auto stranger = [&](const Interpolation::Weight& n) {
             if (n.site == i) return false;
-            if (dot(nodes_.normals()[n.site], nodes_.normals()[i]) < like) return true;
+            if (dot(nodes_.normals()[n.site], nodes_.normals()[i]) < tuning_.like_normals) return true;
             return differ_much(values_[n.site], values_[i]) &&
                    !sight_.joined(nodes_.sites().place(sight_, i), nodes_.sites().place(sight_, n.site));
         };
@@ -117,7 +118,7 @@ private:
         if (!(variance_[i] > 0.0)) return;
         around(i, sizes.back(), near);
         drop_strangers(i, near);
-        if (near.size() < least_nodes) return;
+        if (near.size() < whole_number(tuning_.least_nodes)) return;
         for (std::size_t k = 0; k < sizes.size(); ++k) {
             const std::size_t count = std::min(sizes[k], near.size());
             if (k > 0 && count == std::min(sizes[k - 1], near.size())) {
@@ -168,6 +169,7 @@ private:
     const NodalField& nodes_;
     const std::vector<Rgb>& values_;
     const Sight& sight_;
+    const RegressionTuning& tuning_;
     std::vector<double> variance_;
     std::vector<Fits> fits_;
 };
@@ -175,9 +177,9 @@ private:
 }  // namespace
 
 std::vector<Rgb> without_noise(const NodalField& nodes, const std::vector<Rgb>& values,
-                               const std::vector<double>& standard_error, const Sight& sight,
-                               const Progress& progress) {
-    return Regression(nodes, values, standard_error, sight, progress).mixed(progress);
+                               const std::vector<double>& standard_error, const Sight& sight, const Progress& progress,
+                               const RegressionTuning& tuning) {
+    return Regression(nodes, values, standard_error, sight, tuning, progress).mixed(progress);
 }
 
 }  // namespace surflux

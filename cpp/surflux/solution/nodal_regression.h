@@ -5,6 +5,7 @@
 #include "surflux/core/progress.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/sight.h"
+#include "surflux/solution/tuning.h"
 
 namespace surflux {
 
@@ -15,6 +16,6 @@ namespace surflux {
 // what they are. Nodes beyond walls do not count (`sight`).
 std::vector<Rgb> without_noise(const NodalField& nodes, const std::vector<Rgb>& values,
                                const std::vector<double>& standard_error, const Sight& sight,
-                               const Progress& progress = {});
+                               const Progress& progress = {}, const RegressionTuning& tuning = {});
 
 }  // namespace surflux

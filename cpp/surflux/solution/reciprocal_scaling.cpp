@@ -10,14 +10,10 @@ namespace surflux {
 
 namespace {
 
-constexpr double least_rays = 256.0;   // that met a group: its factor has a standard error of 6 % at most
-constexpr double normal_weight = 0.5;  // as Bisection has it
 constexpr int most_rounds = 50;
-constexpr double even = 1e-12;           // relative variance of radiosity within a group that sends about the same
-constexpr double largest_score = 2.0;    // in standard deviations: beyond that rays tell too little
-constexpr double least_progress = 0.95;  // of a round, or it is the last of its part
-constexpr double rounding = 1e-6;        // of shares of hemispheres, as sums of floats
-constexpr double tolerance = 1e-7;       // of what is sent, that columns may be off by
+constexpr double even = 1e-12;      // relative variance of radiosity within a group that sends about the same
+constexpr double rounding = 1e-6;   // of shares of hemispheres, as sums of floats
+constexpr double tolerance = 1e-7;  // of what is sent, that columns may be off by
 
 // What rays tell of a sender: the sum of their weights, and of the squares of these.
 struct EvidenceOfOne {
@@ -35,12 +31,14 @@ struct Evidence {
 // Recursive bisection of senders by position and normal.
 class Grouping {
 public:
-    Grouping(const RayExchange& exchange, const std::vector<EvidenceOfOne>& evidence, const Progress& progress)
+    Grouping(const RayExchange& exchange, const std::vector<EvidenceOfOne>& evidence, const ReciprocityTuning& tuning,
+             const Progress& progress)
         : exchange_(exchange),
           evidence_(evidence),
+          least_rays_(tuning.rays_of_group),
           progress_(progress),
           group(exchange.sender.size(), 0),
-          bisection_(exchange.sender.size(), normal_weight) {
+          bisection_(exchange.sender.size(), tuning.normal_weight) {
         std::vector<std::uint32_t>& order = bisection_.order;
         const auto before = [&](std::uint32_t a, std::uint32_t b) {
             return exchange.sender[a].part < exchange.sender[b].part;
@@ -66,11 +64,11 @@ private:
     }
 
     void divide(std::size_t first, std::size_t last) {
-        if (of(first, last).effective_rays() >= 2.0 * least_rays && last - first > 1) {
+        if (of(first, last).effective_rays() >= 2.0 * least_rays_ && last - first > 1) {
             const std::size_t middle =
                 bisection_.halve(first, last, exchange_.place, standing_at(first, bisection_.order.size(), progress_));
             const Evidence below = of(first, middle), above = of(middle, last);
-            if (below.effective_rays() >= least_rays && above.effective_rays() >= least_rays) {
+            if (below.effective_rays() >= least_rays_ && above.effective_rays() >= least_rays_) {
                 divide(first, middle);
                 divide(middle, last);
                 return;
@@ -82,6 +80,7 @@ private:
 
     const RayExchange& exchange_;
     const std::vector<EvidenceOfOne>& evidence_;
+    double least_rays_;
     const Progress& progress_;
 
 public:
@@ -133,8 +132,9 @@ struct Part {
 
 class Balancing {
 public:
-    Balancing(const RayExchange& exchange, const Progress& progress)
-        : g_(exchange), weights_(exchange.area.size()), received_(exchange.sender.size()) {
+    Balancing(const RayExchange& exchange, const ReciprocityTuning& tuning, const Progress& progress)
+        : g_(exchange), tuning_(tuning), weights_(exchange.area.size()), received_(exchange.sender.size()) {
+        out.largest_factor = tuning.largest_factor;
         out.rows.assign(exchange.area.size(), 1.0);
         make_groups(progress);
         out.senders.assign(exchange.sender.size(), 1.0);
@@ -158,14 +158,14 @@ public:
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
                 const double before = static_cast<double>(tilted_[j]);
-                tilted_[j] = static_cast<float>(ReciprocalScaling::bounded(before * (1.0 + tilt[k] * score(j))));
+                tilted_[j] = static_cast<float>(out.bounded(before * (1.0 + tilt[k] * score(j))));
                 out.senders[j] *= static_cast<double>(tilted_[j]) / before;
                 area[k] += out.senders[j] * received_[j];
             }
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
                 if (!parts_[groups_[k].part].done && area[k] > 0.0)
-                    out.senders[j] *= ReciprocalScaling::bounded(groups_[k].area.wanted / area[k]);
+                    out.senders[j] *= out.bounded(groups_[k].area.wanted / area[k]);
             }
             receive();
         }
@@ -217,8 +217,8 @@ private:
             const double mean = of.carried / of.all, variance = of.squared / of.all - mean * mean;
             if (variance > even * mean * mean)
                 score_[j] = static_cast<float>(
-                    std::clamp((static_cast<double>(g_.sender[j].carried) - mean) / std::sqrt(variance), -largest_score,
-                               largest_score));
+                    std::clamp((static_cast<double>(g_.sender[j].carried) - mean) / std::sqrt(variance),
+                               -tuning_.largest_score, tuning_.largest_score));
         }
     }
     double score(std::size_t sender) const { return static_cast<double>(score_[sender]); }
@@ -234,7 +234,7 @@ private:
         for (Part& part : parts_) {
             off += part.off, sent += part.sent;
             part.done = part.done || part.off <= tolerance * part.sent ||
-                        (rounds_ > 0 && part.off > least_progress * part.last);
+                        (rounds_ > 0 && part.off > tuning_.least_progress * part.last);
             done = done && part.done;
             if (part.sent > 0.0) out.after = std::max(out.after, part.off / part.sent);
         }
@@ -257,7 +257,7 @@ private:
         report(starting, 0, 1);
         g_.scatter(weights_, received_);
         report(starting, 0, 1);
-        Grouping grouping(g_, evidence, progress);
+        Grouping grouping(g_, evidence, tuning_, progress);
         out.groups = grouping.count();
         out.group = std::move(grouping.group);
         groups_.resize(out.groups);
@@ -284,6 +284,7 @@ private:
     }
 
     const RayExchange& g_;
+    const ReciprocityTuning& tuning_;
     std::vector<double> weights_, received_;
     std::vector<float> score_, tilted_;  // of each sender
     std::vector<GroupOfSenders> groups_;
@@ -293,8 +294,9 @@ private:
 
 }  // namespace
 
-ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress) {
-    Balancing balancing(exchange, progress);
+ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress,
+                                       const ReciprocityTuning& tuning) {
+    Balancing balancing(exchange, tuning, progress);
     balancing.run(progress);
     return std::move(balancing.out);
 }

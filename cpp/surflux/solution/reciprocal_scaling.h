@@ -9,6 +9,7 @@
 #include "surflux/core/bisection.h"
 #include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
+#include "surflux/solution/tuning.h"
 
 namespace surflux {
 
@@ -50,11 +51,9 @@ struct RayExchange {
 };
 
 struct ReciprocalScaling {
-    // Of senders beside others of their group, and of the power of a group. Where more than this is wanted, rows have
-    // too little of what is sent for any factor to mend, such as in cracks where none are: it stays off, and `after`
-    // has it.
-    static constexpr double largest_factor = 2.0;
-    static double bounded(double factor) { return std::clamp(factor, 1.0 / largest_factor, largest_factor); }
+    // Where a larger factor is wanted, columns stay off, and `after` has it.
+    double largest_factor = ReciprocityTuning{}.largest_factor;
+    double bounded(double factor) const { return std::clamp(factor, 1.0 / largest_factor, largest_factor); }
 
     std::vector<double> rows, senders;
     std::vector<std::uint32_t> group;  // of each sender
@@ -86,6 +85,7 @@ struct ReciprocalScaling {
 //   Rows are scaled last, with what they lose: r (G s + escape + into backs) = 1. So a row of which few rays met fronts
 // may meet more, as its senders have it; surfaces reflect less than 1, so the spectral radius is below 1, and a closed
 // uniform furnace is exact.
-ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress = {});
+ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress = {},
+                                       const ReciprocityTuning& tuning = {});
 
 }  // namespace surflux

@@ -10,9 +10,6 @@ namespace surflux {
 
 namespace {
 
-constexpr double dim = 0.25;          // of the mean light of a region
-constexpr double least_part = 0.125;  // of its area, of either part
-
 // Which way a normal points mostly: one of the six axes.
 int main_direction(const Vec3& n) {
     const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
@@ -26,7 +23,7 @@ Rgb size(const Rgb& c) { return {std::abs(c.x), std::abs(c.y), std::abs(c.z)}; }
 }  // namespace
 
 Regions::Regions(const Surfels& surfels, const std::vector<Rgb>& irradiance, std::size_t wanted,
-                 const Progress& progress)
+                 const Progress& progress, const SelfCheckTuning& tuning)
     : of(surfels.size()) {
     std::vector<std::uint32_t> along_curve[6];
     std::size_t done = 0;
@@ -43,7 +40,7 @@ Regions::Regions(const Surfels& surfels, const std::vector<Rgb>& irradiance, std
             area += surfels.areas[i];
             of[i] = static_cast<std::uint32_t>(count - 1);
         }
-    part_dim(surfels, irradiance, progress);
+    part_dim(surfels, irradiance, tuning, progress);
     share.resize(count), light.resize(count), reflectance.resize(count);
     std::vector<Rgb> reflected(count);
     for (std::size_t i = 0; i < of.size(); ++i) {
@@ -65,13 +62,16 @@ Regions::Regions(const Surfels& surfels, const std::vector<Rgb>& irradiance, std
     }
 }
 
-void Regions::part_dim(const Surfels& surfels, const std::vector<Rgb>& irradiance, const Progress& progress) {
+void Regions::part_dim(const Surfels& surfels, const std::vector<Rgb>& irradiance, const SelfCheckTuning& tuning,
+                       const Progress& progress) {
     const auto brightness = [&](std::size_t i) {
         const Rgb all = size(irradiance[i]);
         return all.x + all.y + all.z;
     };
     std::vector<double> area(count), light_of(count), dim_area(count);
-    const auto is_dim = [&](std::size_t i) { return brightness(i) * area[of[i]] < dim * light_of[of[i]]; };
+    const auto is_dim = [&](std::size_t i) {
+        return brightness(i) * area[of[i]] < tuning.dim_region * light_of[of[i]];
+    };
     for (std::size_t i = 0; i < of.size(); ++i) {
         report_some(progress, i, of.size(), 1 << 20);
         area[of[i]] += surfels.areas[i], light_of[of[i]] += surfels.areas[i] * brightness(i);
@@ -84,7 +84,7 @@ void Regions::part_dim(const Surfels& surfels, const std::vector<Rgb>& irradianc
     std::iota(whole.begin(), whole.end(), 0u);
     std::vector<std::uint32_t> own = whole;
     for (std::uint32_t k = 0; k < own.size(); ++k)
-        if (area[k] > 0.0 && std::min(dim_area[k], area[k] - dim_area[k]) >= least_part * area[k]) {
+        if (area[k] > 0.0 && std::min(dim_area[k], area[k] - dim_area[k]) >= tuning.least_dim_part * area[k]) {
             own[k] = static_cast<std::uint32_t>(count++);
             whole.push_back(k);
         }

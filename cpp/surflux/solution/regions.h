@@ -5,6 +5,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/scene/surfels.h"
+#include "surflux/solution/tuning.h"
 
 namespace surflux {
 
@@ -14,7 +15,7 @@ namespace surflux {
 struct Regions {
     // `irradiance`: of each surfel, by the solution.
     Regions(const Surfels& surfels, const std::vector<Rgb>& irradiance, std::size_t wanted,
-            const Progress& progress = {});
+            const Progress& progress = {}, const SelfCheckTuning& tuning = {});
     // How many times the mean error of its region a surfel has: as many times as the irradiance there. So has light
     // that is lost, or is too much, on its way. What is hidden has no part in it: rays do not find it, and by area its
     // share would be missing from what they do find. Where nothing of a region is lit, 1.
@@ -28,7 +29,8 @@ struct Regions {
     std::size_t count = 0;
 
 private:
-    void part_dim(const Surfels& surfels, const std::vector<Rgb>& irradiance, const Progress& progress);
+    void part_dim(const Surfels& surfels, const std::vector<Rgb>& irradiance, const SelfCheckTuning& tuning,
+                  const Progress& progress);
 };
 
 }  // namespace surflux

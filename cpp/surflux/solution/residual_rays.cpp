@@ -5,8 +5,6 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t direction_stream = 0x6a7e85ed, light_stream = 0x119875ed, second_stream = 0x5ec0bd11;
-// Widths of a surfel within which the light across it is not taken as one value.
-constexpr double near_widths = 2.0;
 
 }  // namespace
 
@@ -54,7 +52,7 @@ void ResidualRays::aim_at_lamps(const Receiver& receiver, const std::vector<Lamp
 }
 
 bool ResidualRays::is_near(const Hit& hit) const {
-    return hit.distance * hit.distance < near_widths * near_widths * surfels_.areas[hit.surfel];
+    return hit.distance * hit.distance < near_widths_ * near_widths_ * surfels_.areas[hit.surfel];
 }
 
 void ResidualRays::send(const Hit& hit, const Rgb& throughput, Gathered& sum) const {

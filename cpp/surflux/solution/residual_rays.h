@@ -11,6 +11,7 @@
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/residuals.h"
+#include "surflux/solution/tuning.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -33,14 +34,16 @@ public:
 
     // `irradiance`: H of `surfels`, those of the scene. `lamps`: those of `lights`. `points`: of the shapes of places.
     ResidualRays(const Surfels& surfels, const Tracer& tracer, const LightSampler& lights, const CloseLamps& lamps,
-                 const std::vector<Rgb>& irradiance, const Regions& regions, const SurfelPoints& points)
+                 const std::vector<Rgb>& irradiance, const Regions& regions, const SurfelPoints& points,
+                 const SelfCheckTuning& tuning = {})
         : surfels_(surfels),
           tracer_(tracer),
           lights_(lights),
           lamps_(lamps),
           irradiance_(irradiance),
           regions_(regions),
-          points_(points) {}
+          points_(points),
+          near_widths_(tuning.near_widths) {}
 
     // Adds `count` rays over the hemisphere of a place and as many of next event estimation.
     void gather(const Place& place, int count, Sequences& sequences, Gathered& sum);
@@ -74,6 +77,7 @@ private:
     const std::vector<Rgb>& irradiance_;
     const Regions& regions_;
     const SurfelPoints& points_;
+    double near_widths_;
     LightRays light_;
     std::vector<Gain> gain_;
     std::vector<LampSums> of_lamps_;

@@ -13,15 +13,6 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t least_rays_each = 64;  // over the hemisphere, of each half of each surfel
-constexpr std::size_t checks_per_region = 32;
-// Relative standard error of the error at which no more rays are traced; and how many may be, whatever it is: so many,
-// or that share of the rays of the solution itself.
-constexpr double enough = 0.125;
-constexpr double enough_locally = 0.5;  // of what rays can tell over the local error
-constexpr std::size_t least_rays = 1 << 20;
-constexpr double most_off = 2.0;  // times the mean square of H, or a part of it, that surfels drawn by area may have
-constexpr double most_share = 0.25;
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec;
 
 // Irradiance of the scene's surfels: means over those inserted below each, by area.
@@ -54,6 +45,7 @@ struct Drawn {
         for (std::size_t i = 0; i < s.size(); ++i) sum += s.areas[i] * squared(i), area += s.areas[i];
         draw(s, options, [](std::size_t) { return 1.0; });
         for (const std::uint32_t i : surfels) found += squared(i);
+        const double most_off = options.tuning.most_off;
         const double mean = sum / area, by_those = found / static_cast<double>(surfels.size());
         if (!std::isfinite(mean) || (mean <= most_off * by_those && by_those <= most_off * mean)) return;
         draw(s, options, [&](std::size_t i) { return 0.5 + 0.5 * squared(i) / mean; });
@@ -85,8 +77,10 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     const std::vector<std::uint32_t>& drawn = checked.surfels;
     if (drawn.empty()) return {};
     const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution, starting);
-    const Regions regions(scene.surfels, of_scene, std::max<std::size_t>(1, drawn.size() / checks_per_region),
-                          starting);
+    const SelfCheckTuning& tuning = options.tuning;
+    const Regions regions(scene.surfels, of_scene,
+                          std::max<std::size_t>(1, drawn.size() / whole_number(tuning.checks_per_region)), starting,
+                          tuning);
     const SurfelPoints points(leaves);
     report(starting, 0, 1);
     const LightSampler lights(scene);
@@ -127,7 +121,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     // Rounds, of which each doubles the rays.
     constexpr std::size_t grain = 8;
     std::vector<std::uint64_t> rays_of((drawn.size() + grain - 1) / grain, 0);  // by block, of all rounds
-    std::size_t each = 0, more = least_rays_each, planned = drawn.size() * least_rays_each;
+    std::size_t each = 0, more = whole_number(tuning.check_rays), planned = drawn.size() * more;
     while (4 * planned <= options.most_rays) planned *= 2;
     for (;; more = each) {
         const Progress of_round = [&](std::size_t done, std::size_t) {
@@ -136,7 +130,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
         shared_blocks(
             team, "self-check", digest, drawn.size(), grain,
             [&](std::size_t begin, std::size_t end) {
-                ResidualRays rays(scene.surfels, tracer, lights, lamps, of_scene, regions, points);
+                ResidualRays rays(scene.surfels, tracer, lights, lamps, of_scene, regions, points, tuning);
                 for (std::size_t k = 2 * begin; k < 2 * end; ++k) {
                     const std::uint32_t i = drawn[k / 2];
                     const Place place{leaves.positions[i], leaves.normals[i], solution.parents[i], i, true};
@@ -158,9 +152,10 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
         each += more;
         const std::size_t traced = std::accumulate(rays_of.begin(), rays_of.end(), std::size_t{0});
         const ErrorEstimate estimate = error_from(residuals, regions, static_cast<double>(each), balance);
-        const bool is_known = !(estimate.uncertainty > enough * estimate.error) || 2 * traced > options.most_rays;
-        const bool is_known_locally =
-            !(estimate.local_floor > enough_locally * estimate.local_p90) || 2 * traced > options.most_local_rays;
+        const bool is_known =
+            !(estimate.uncertainty > tuning.known_error * estimate.error) || 2 * traced > options.most_rays;
+        const bool is_known_locally = !(estimate.local_floor > tuning.known_local_error * estimate.local_p90) ||
+                                      2 * traced > options.most_local_rays;
         if (is_known && is_known_locally) {
             report(progress, planned, planned);
             return {estimate, traced};
@@ -177,13 +172,15 @@ void SelfCheck::note_in(Figures& figures) const {
 }
 
 void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress,
-                    Solution& solution, const Team& team) {
+                    Solution& solution, const Team& team, const SelfCheckTuning& tuning) {
     Stopwatch watch(solution.timings);
     SelfCheckOptions options;
+    options.surfels = whole_number(tuning.checked_surfels);
     options.seed = seed;
+    options.tuning = tuning;
     Figures& figures = solution.history.back();
-    options.most_local_rays = static_cast<std::size_t>(most_share * figure(figures, "rays"));
-    options.most_rays = std::max(least_rays, options.most_local_rays);
+    options.most_local_rays = static_cast<std::size_t>(tuning.most_check_share * figure(figures, "rays"));
+    options.most_rays = std::max(whole_number(tuning.least_check_rays), options.most_local_rays);
     const SelfCheck check = gathering_error(scene, tracer, solution, options, progress, team);
     watch.lap("self-check");
     solution.error = check.estimate.error;

@@ -82,8 +82,10 @@ def add_options(parser):
     parser.add_argument(
         "--constants",
         action="store_true",
-        help="each constant of both solvers, halved and doubled",
+        help="each constant of the solvers, halved and doubled",
     )
+    text = "with --constants: only this one; again for more"
+    parser.add_argument("--constant", action="append", metavar="NAME", help=text)
     parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
     parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a pass")
     parser.add_argument("--site", metavar="FOLDER", help="tables and plots of README and guide, JSON of each: hours")
@@ -135,6 +137,14 @@ def _check_options(options, kind):
             raise ValueError(f"--site: wanted a folder, and {options.site} is a file")
     elif options.only:
         raise ValueError("--only: goes with --site")
+    if options.constant:
+        if kind != "constants":
+            raise ValueError("--constant: goes with --constants")
+        from surflux.bench import constants
+
+        for name in options.constant:
+            if name not in constants.all_names():
+                raise ValueError(f"--constant: no solver has a {name!r}")
     if options.case and kind != "cases":
         raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
     if options.paths is not None:
@@ -216,7 +226,8 @@ def _scenes_there(names):
 def _constants(options):
     from surflux.bench import constants
 
-    rows = constants.measure(_scenes_there(options.scene or constants.SCENES), options.repeats, options.threads)
+    names = _scenes_there(options.scene or constants.SCENES)
+    rows = constants.measure(names, options.repeats, options.threads, options.constant or ())
     return rows, constants.table(rows)
 
 

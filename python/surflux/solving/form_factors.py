@@ -11,7 +11,7 @@ from surflux._base.types import Floats, Progress
 from surflux._base.warn import warn
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
-from surflux.solving.run import check_scene
+from surflux.solving.run import check_scene, tuning
 
 
 class _Options(TypedDict, total=False):
@@ -105,6 +105,7 @@ def form_factors(
         "rays": check.count("rays", rays, 16),
         "epsilon": check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
         "seed": check.seed("seed", seed),
+        "tuning": tuning(),
     }
     with thread_limit(threads):
         core = scene._to_core(progress=progress)

@@ -66,8 +66,9 @@ def with_scene_options(chosen: tuple[str, ...]) -> Callable[[Solver], Solver]:
 def tuned(constants):
     """While the block runs, solvers take these in place of their own (bench turns them).
 
-    Those of solve() by rays are in _core.refinement_tuning(), by pairs in _core.pairs_tuning(), and those of
-    solve_meshless() in _core.meshless_tuning(). `transport` says by what solve() goes.
+    Those of solve() by rays are in _core.refinement_tuning(), by pairs in _core.pairs_tuning(), those of
+    solve_meshless() in _core.meshless_tuning() and those of form_factors() in _core.form_factor_tuning(). `transport`
+    says by what solve() goes.
     """
     before = _tuning.set(constants)
     try:
