@@ -119,7 +119,7 @@ def in_range(name, array, low=-math.inf, high=math.inf, *, low_open=False, high_
         place = "" if not where else f" at index {where[0] if len(where) == 1 else where}"
         got = np.asarray(array)[where]
         hint = ""
-        if name == "reflectance" and 1.0 < got <= 255.0:
+        if name == "reflectance" and 2.0 <= got <= 255.0:
             hint = f"; 8-bit values become reflectance by * {WHITE:g} / 255"
         raise ValueError(f"{name}: wanted values {wanted}, got {got:g}{place}{hint}")
     return array

@@ -31,7 +31,7 @@ class Parser(argparse.ArgumentParser):
         return options
 
     def _meant(self, option, parser):
-        """Where an option belongs: to other commands, behind this one, or it is spelled like another."""
+        """Where an option belongs: to other commands, behind this one, in scene files, or it is spelled like another."""
         if option in parser._option_string_actions:
             return f"; {option} goes behind the command: {parser.prog} {option}"
         of_others = [
@@ -41,6 +41,11 @@ class Parser(argparse.ArgumentParser):
         ]
         if of_others:
             return f"; {option} is an option of {' and '.join(f'surflux {name}' for name in of_others)}"
+        from surflux.scenes.scene_object import OBJECT_KEYS  # which other commands start without
+
+        key = option.lstrip("-").replace("-", "_")
+        if key in OBJECT_KEYS:
+            return f"; {key} is a key of an [[object]] in a scene file"
         near = difflib.get_close_matches(option, parser._option_string_actions, 1)
         return f"; did you mean {near[0]}?" if near else ""
 

@@ -69,9 +69,11 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, colored=None)
     if by_vertices.any() and np.ptp(kd[by_vertices], axis=0).any():
         many = counted(np.count_nonzero(by_vertices), "face")
         warn(f"{path}: Kd of {many} is left out: the colours of their vertices count in its place")
-    off = np.count_nonzero(((rho < 0.0) | (rho > WHITE)).any(axis=1) & ~by_vertices)
-    if off:
-        warn(f"{path}: Kd of {counted(off, 'face')} is not in 0 to {WHITE:g}, the most that counts, and is cut off")
+    off = ((rho < 0.0) | (rho > WHITE)).any(axis=1) & ~by_vertices
+    if off.any():
+        whose = f"{counted(np.count_nonzero(off), 'face')} ({_listed([names[k] for k in np.unique(which[off])])})"
+        bytes_are = "; 8-bit values are to be divided by 255" if rho[off].max() >= 2.0 else ""
+        warn(f"{path}: Kd of {whose} is not in 0 to {WHITE:g}, the most that counts, and is cut off{bytes_are}")
     uses = [use._replace(tint=np.pi * use.tint, most=np.inf) if use.shines else use for use in uses]
     return np.clip(rho, 0.0, WHITE), np.pi * np.maximum(0.0, glow), tuple(uses)
 

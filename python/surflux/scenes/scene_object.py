@@ -33,6 +33,7 @@ _OF_CLOUDS = {
     "viewpoint": "whose estimated normals turn towards it",
     "clean": "of which isolated and repeated ones are left out, and steps taken off the depth of a camera",
 }
+OBJECT_KEYS = (*_KEYS, *_KIND_OF, *_OF_CLOUDS)  # but for those of shapes
 
 
 @dataclass(frozen=True)

@@ -306,6 +306,8 @@ def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch
     [
         ([], "the following arguments are required: COMMAND, of solve, area, check, doctor, "),
         (["solve", "room.toml", "--ligth=sun"], "unrecognized arguments: --ligth=sun; did you mean --light?"),
+        (["solve", "room.obj", "--reflectance", "1.2"], "; reflectance is a key of an [[object]] in a scene file ("),
+        (["check", "room.obj", "--patch-area", "0"], "; patch_area is a key of an [[object]] in a scene file ("),
         (["render", "a.ply", "--direct", "traced"], "; --direct is an option of surflux solve and surflux relight ("),
         (["-q", "solve", "room.toml"], "unrecognized arguments: -q; -q goes behind the command: surflux solve -q ("),
         (["paint"], "invalid choice: 'paint'"),

@@ -141,7 +141,12 @@ def test_many_libraries_in_one_line(tmp_path):
             None,
             r"room\.obj: texture 'wood\.png' is not there; Kd and Ke alone count there",
         ),
-        (LIBRARY.replace(".3", "-.3"), None, r"room\.obj: Kd of 1 face is not in 0 to 0\.98, the most that counts"),
+        (
+            LIBRARY.replace(".3", "-.3"),
+            None,
+            r"room\.obj: Kd of 1 face \(grey\) is not in 0 to 0\.98, the most that counts, and is cut off$",
+        ),
+        (LIBRARY.replace(".3", "180"), None, r"Kd of 1 face \(grey\) is .* cut off; 8-bit .* divided by 255$"),
         (LIBRARY + "map_Ke my glow.png\n", None, r"texture 'my glow\.png' is not there"),
         (LIBRARY + "map_Kd my room.mtl\n", None, r"texture '.*my room\.mtl' is not read \(UnidentifiedImageError"),
         *(

@@ -214,5 +214,7 @@ def test_reflectance_in_bytes_is_told(values):
     with pytest.raises(ValueError, match=r"reflectance: wanted values in \[0, 1\), got .*8-bit values .* 0\.98 / 255"):
         sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=values)
     sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=np.asarray(values) * 0.98 / 255)
+    with pytest.raises(ValueError, match=r"^reflectance: wanted values in \[0, 1\), got 1\.2( at index 0)?$"):
+        sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=1.2)
     with pytest.raises(ValueError, match=r"got 1 at index 0$"):  # a mirror is none
         sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=1.0)
