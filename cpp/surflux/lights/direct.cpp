@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/resize.h"
 #include "surflux/core/sampling.h"
 #include "surflux/core/size_shares.h"
 #include "surflux/core/thread_scratch.h"
@@ -147,8 +148,9 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
                                    const DirectOptions& options, std::uint64_t seed, const Progress& progress,
                                    std::vector<Rgb>* errors) {
     const auto lights = emitters_of(from);
-    std::vector<Rgb> direct(places.size());
-    if (errors) errors->assign(places.size(), {});
+    std::vector<Rgb> direct;
+    resize_with_reports(direct, places.size(), progress);
+    if (errors) errors->clear(), resize_with_reports(*errors, places.size(), progress);
     if (lights.empty()) return direct;
     const bool has_disks =
         std::any_of(places.begin(), places.end(), [&](const Place& place) { return is_disk(points, place); });

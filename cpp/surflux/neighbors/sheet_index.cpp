@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/resize.h"
 
 namespace surflux {
 
@@ -27,7 +28,8 @@ int widest(const Vec3& span) { return span.x >= span.y && span.x >= span.z ? 0 :
 SheetIndex::SheetIndex(const std::vector<Vec3>& places, const std::vector<Vec3>& normals,
                        const std::vector<double>& reach, const std::vector<std::uint32_t>& group, double epsilon,
                        const Progress& progress)
-    : epsilon_(epsilon), entries_(places.size()), slot_(places.size()), tree_of_(places.size()), taken_(places.size()) {
+    : epsilon_(epsilon), slot_(places.size()), tree_of_(places.size()), taken_(places.size()) {
+    resize_with_reports(entries_, places.size(), progress);
     std::vector<std::uint32_t> order(places.size());
     std::iota(order.begin(), order.end(), 0u);
     if (!std::is_sorted(group.begin(), group.end()))
@@ -37,15 +39,17 @@ SheetIndex::SheetIndex(const std::vector<Vec3>& places, const std::vector<Vec3>&
         order.size(), 4096,
         [&](std::size_t s) { entries_[s] = {places[order[s]], normals[order[s]], reach[order[s]], order[s]}; },
         progress);
+    std::size_t nodes = 0;
     for (std::size_t begin = 0, end; begin < order.size(); begin = end) {
         for (end = begin; end < order.size() && group[order[end]] == group[order[begin]]; ++end)
             tree_of_[order[end]] = static_cast<std::uint32_t>(trees_.size());
-        Tree tree{begin, end, nodes_.size(), 0};
+        Tree tree{begin, end, nodes, 0};
         while (((end - begin) >> tree.depth) > leaf_size) ++tree.depth;
-        nodes_.resize(nodes_.size() + (std::size_t{2} << tree.depth) - 1);
+        nodes += (std::size_t{2} << tree.depth) - 1;
         trees_.push_back(tree);
-        build(tree, progress);
     }
+    resize_with_reports(nodes_, nodes, progress);
+    for (const Tree& tree : trees_) build(tree, progress);
     for (std::size_t s = 0; s < entries_.size(); ++s) slot_[entries_[s].index] = static_cast<std::uint32_t>(s);
 }
 

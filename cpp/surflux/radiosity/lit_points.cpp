@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/resize.h"
 #include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
@@ -32,7 +33,8 @@ void LitPoints::update(const Progress& progress) {
     const Surfels parts = first ? Surfels{} : tree_.surfels_at(fresh);
     const SurfelPoints points_of_parts(parts);
     const SurfelPoints& points = first ? surfels_ : points_of_parts;
-    std::vector<Place> places(fresh.size());
+    std::vector<Place> places;
+    resize_with_reports(places, fresh.size(), progress);
     const auto find_place = [&](std::size_t k) {
         const auto shape = static_cast<std::uint32_t>(k);
         places[k] = place(tree_, fresh[k]);

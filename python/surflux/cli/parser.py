@@ -31,7 +31,7 @@ class Parser(argparse.ArgumentParser):
         return options
 
     def _meant(self, option, parser):
-        """Where an option belongs: to other commands, behind this one, in scene files, or it is spelled like another."""
+        """Where an option belongs: to other commands, behind this one, in scene files; or one that is spelled alike."""
         if option in parser._option_string_actions:
             return f"; {option} goes behind the command: {parser.prog} {option}"
         of_others = [
