@@ -9,20 +9,23 @@ namespace surflux::bindings {
 
 namespace {
 
-// Closest hit of each ray: surfel or -1, whether on its front, and the distance.
+// Closest hit of each ray from a surfel, or from the air (Hit::none): surfel or -1, whether on its front, the distance.
 py::tuple closest_hits(const CompiledScene& scene, const Indices& surfels, const Doubles& points,
                        const Doubles& directions) {
     const std::vector<std::uint32_t> from = to_vector(surfels);
     const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
     require(at.size() == from.size() && along.size() == from.size(), "points: wanted as many as surfels");
-    for (std::uint32_t i : from) require(i < scene.scene().surfels.size(), "surfels: there is none of index ", i);
+    for (std::uint32_t i : from)
+        require(i == Hit::none || i < scene.scene().surfels.size(), "surfels: there is none of index ", i);
     std::vector<std::int64_t> met(from.size());
     std::vector<char> front(from.size());
     std::vector<double> distance(from.size());
     without_gil([&] {
         const Tracer& tracer = scene.tracer();
         parallel_for(from.size(), 1024, [&](std::size_t k) {
-            const Hit hit = tracer.closest({tracer.on(from[k], at[k]), along[k]});
+            const bool in_air = from[k] == Hit::none;
+            const Departure start = in_air ? Departure{at[k], along[k], Hit::none} : tracer.on(from[k], at[k]);
+            const Hit hit = tracer.closest({start, along[k]});
             met[k] = hit ? std::int64_t{hit.surfel} : -1;
             front[k] = hit.front;
             distance[k] = hit.distance;

@@ -7,6 +7,7 @@ from surflux import _core
 from surflux._base import check
 from surflux.meshes.winding import opposite_edges
 from surflux.scenes.coincidence import coincidence_of, rounded_for
+from surflux.solving.light_on_backs import lamps_in_bodies
 
 LISTED = 10  # of the largest patches
 # Directions from a place, and the share of them in which it has fronts of a room all around.
@@ -29,11 +30,14 @@ def checked(options, scene, mesh=None, points=None):
             rooms.append((index, inside))
     patches, unclear = np.concatenate(wrong), np.concatenate(unclear)
     coincident, lines = coincidence_of(scene)
+    lamps = list(lamps_in_bodies(scene.lights, scene._to_core())) if scene.lights else []
+    lines += [text for _, _, text in lamps]
     sizes = np.bincount(patches)[1:]
     order = np.argsort(-sizes, kind="stable")
     largest = [(int(sizes[k]), cloud.points[patches == k + 1].mean(axis=0)) for k in order[:LISTED]]
     counts = {"surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes), "unclear": int(unclear.sum())}
     result = {"input": options.input, **counts, **coincident}
+    result["lamps_on_backs"] = [{"light": index, "share": share} for index, share, _ in lamps]
     of_mesh = _inward_faces(scene.objects[0], patches > 0) if len(scene.objects) == 1 else None
     result |= {} if of_mesh is None else {"inward_faces": np.flatnonzero(of_mesh)}
     result |= {"largest": [{"surfels": size, "center": center} for size, center in largest], "output": options.output}

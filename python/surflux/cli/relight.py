@@ -63,6 +63,7 @@ def run(options):
     first = lights.checked(transfer) if relights else None
     outputs = _saved(transfer, lights, options)
     images = _drawn(transfer, lights, camera, options)
+    lights.say()
     result |= {"outputs": outputs, "images": [path for series in images for path in series]}
     if first is not None:  # it stands for all frames
         result["error"], result["history"] = first.error, first.history

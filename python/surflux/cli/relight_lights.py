@@ -6,7 +6,7 @@ import numpy as np
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.warn import warn
+from surflux._base.warn import FrameWarnings, warn
 from surflux.cli.pictures import write_images, write_layers
 from surflux.scenes.lights import environments_among
 from surflux.solving.turning_light import TurningLight
@@ -34,6 +34,7 @@ class MovingLamps:
         self._frames = None if options.path is None else sf.load_lamps(options.path)
         self._first = None  # the Solution of frame 0, once it was relit
         self.count = 1 if self._frames is None else len(self._frames)
+        self._said = FrameWarnings(self.count)
 
     def take(self, scene, off_screen):
         """Takes the lamps of the scene, where there are no others, before anything is found of it."""
@@ -48,11 +49,17 @@ class MovingLamps:
 
     def relit(self, transfer, k):
         """The Solution of frame k, from 0 on."""
-        if k > 0:
-            return transfer.relight(self._frames[k], seed=self._seed, progress=True)
-        if self._first is None:
-            self._first = transfer.relight(self._frames[0], seed=self._seed, progress=True)
-        return self._first
+        if k == 0 and self._first is not None:
+            return self._first
+        with self._said.of(k):
+            found = transfer.relight(self._frames[k], seed=self._seed, progress=True)
+        if k == 0:
+            self._first = found
+        return found
+
+    def say(self):
+        """Warns of what was wrong with frames that were relit."""
+        self._said.say()
 
     def checked(self, transfer):
         """The Solution of frame 0, with its error; it warns of lamps that light nothing."""
@@ -81,6 +88,8 @@ class MovingLamps:
         return write_layers(drawn, camera, samples, options, images, background)
 
     def film(self, transfer, path, size, **options):
+        if self._direct == "interpolated":  # which says it of all frames
+            self._said = FrameWarnings(self.count)
         return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, direct=self._direct, **options)
 
 
@@ -129,6 +138,9 @@ class TurningEnvironment:
         """The Solution of frame k, from 0 on."""
         self._light = self._light or TurningLight(transfer, self._environment)
         return self._light.relight(360.0 * k / self.count)
+
+    def say(self):
+        """Nothing: distant light has no lamp that stands in something."""
 
     def checked(self, transfer):
         """None: its harmonics are another light than the environment that it would be checked by."""

@@ -60,7 +60,8 @@ class Solution:
             surface, of the RMS error of a region relative to its own light, where that is above a thousandth of the RMS
             of H; no less than rays can tell), power_in and where it ends (all channels added up; a grey scene has its
             one three times): power_absorbed, power_escaped and power_into_backs, both by the senders' own rays, and
-            power_lost, the residual, of either sign, with its standard error by these rays, power_lost_error; parts (of
+            power_lost, the residual, of either sign, with its standard error by these rays, power_lost_error; of lamps
+            and suns direct_on_backs (of their light the share that falls on backs, and so does not enter); parts (of
             the scene that see nothing of each other), largest_part_lost (of the part and channel that balance worst,
             what is lost or made of what enters), seconds up to then. With all pairs also largest_correction (of the
             diagonal that closes the exchange, max |d_i - 1|), closure_residual, largest_shortfall (of a row that no

@@ -25,7 +25,9 @@ def as_text(self) -> str:
 
 
 def as_lines(self) -> str:
-    """str() of Solution: its repr(), and on a second line where the power went, in shares of what entered."""
+    """str() of Solution: its repr(), on a second line where the power went, in shares of what entered, and on a third
+    what never entered, for it fell on backs.
+    """
     power, text = _account(self), as_text(self) + _how_to_know(self)
     if power is None:
         return text
@@ -34,7 +36,9 @@ def as_lines(self) -> str:
         f"{_ACCOUNT[key]} {power[key] / whole:.2%}" if whole > 0 else f"{_ACCOUNT[key]} {power[key]:.3g}"
         for key in list(_ACCOUNT)[1:]
     )
-    return f"{text}\npower in {whole:.5g} (on surfaces, all channels): {places}"
+    backs = _on_backs(self)
+    direct = "" if backs is None else f"\nof the light of lamps and suns {backs} fell on backs, and is no part of that"
+    return f"{text}\npower in {whole:.5g} (on surfaces, all channels): {places}{direct}"
 
 
 def as_table(self) -> str:
@@ -54,6 +58,8 @@ def as_table(self) -> str:
             share = f" ({power[key] / whole:.2%})" if whole > 0 and key != "power_in" else ""
             spread = f" ± {error:.2g}" if key == "power_lost" and isinstance(error, (int, float)) else ""
             rows.append((name, f"{power[key]:.5g}{spread}{share}"))
+    if _on_backs(self) is not None:
+        rows.append(("of lamps and suns, on backs", _on_backs(self)))
     rows.append(("seconds", f"{sum(self.timings.values()):.3g}"))
     return html_table("Solution", rows)
 
@@ -71,3 +77,10 @@ def _account(self):
     power = {key: last.get(key) for key in _ACCOUNT}
     # A solution from a file has what the file says, which may be anything.
     return power if all(isinstance(value, (int, float)) for value in power.values()) else None
+
+
+def _on_backs(self):
+    """Of the light of lamps and suns the share that backs take, as text; None where that is next to nothing."""
+    share = self.history[-1].get("direct_on_backs") if self.history else None
+    known = isinstance(share, (int, float)) and share >= 0.00005
+    return f"{share:.2%}" if known else None

@@ -5,7 +5,9 @@ import numpy as np
 from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
-from surflux.scenes.lights import DirectionalLight, Environment, PhotometricLight, PointLight, SpotLight, power_name
+from surflux.scenes.lights import Environment
+from surflux.solving.lamp_rays import even_ways, shines
+from surflux.solving.light_on_backs import TURN
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
 # little: turned inside out, they are lit here and there.
@@ -19,10 +21,7 @@ ON_FRONTS_FACING_DOWN = 0.05
 ONE_WAY = 0.5
 # Surfels whose backs are looked at, drawn by area; 100 of them tell a hundredth.
 ASKED = 2000
-# Of what the light of a lamp meets, backs: above this share it is said.
-ON_BACKS = 0.5
 RAYS = 256  # to the sky, of places that may be dark
-LAMP_RAYS = 256
 NOISE_RAYS = 32  # of each front
 # Of the power that enters a scene, what backs absorb: above this share it is said.
 MUCH_INTO_BACKS = 0.01
@@ -31,41 +30,43 @@ MUCH_INTO_BACKS = 0.01
 MUCH_ONTO_BACKS, CLOSE = 0.01, 2.0
 # And what is neither absorbed nor gone.
 MUCH_LOST = 0.01
-TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
 
 
-def warn_of_darkness(scene, core, result):
+def warn_of_darkness(scene, core, result, told=None):
     """Warns where (next to) no light reaches the fronts of surfels; whether that makes the whole scene dark.
 
-    core: the compiled scene. result: what the solver of _core found there.
+    core: the compiled scene. result: what the solver of _core found there. told: see warn_of_backs.
     """
     emits = any(np.any(s.emission) for s in scene.objects)
-    shining = [light for light in scene.lights if _shines(light)]
+    shining = [light for light in scene.lights if shines(light)]
     if not shining:
         if not emits:
             what = "the scene's lights have no power" if scene.lights else "the scene has no lights"
             warn(f"{what} and nothing in it emits: all of it stays black")
         return not emits
-    return warn_of_backs(shining, core.surfels, result["direct"], result["surfels"].areas) and not emits
+    areas = result["surfels"].areas
+    return warn_of_backs(shining, core.surfels, result["direct"], areas, told) and not emits
 
 
-def warn_of_backs(lights, surfels, direct, areas):
+def warn_of_backs(lights, surfels, direct, areas, told=None):
     """Warns where (next to) nothing of lights reaches the fronts of surfels; whether it did.
 
-    lights: that shine. surfels: of the compiled scene. direct, areas: (n, 3) irradiance found, and (n,).
+    lights: that shine. surfels: of the compiled scene. direct, areas: (n, 3) irradiance found, and (n,). told: a list
+    that gets the lights which it warns of.
     """
-    shining = [light for light in lights if _shines(light)]
+    shining = [light for light in lights if shines(light)]
     if not shining:
         return False
+    told = [] if told is None else told
     direct = direct.sum(axis=1)
     total = areas.sum()
     fronts = areas @ direct / total if total > 0.0 else 0.0
     if fronts > HARDLY_LIT * direct.max():
-        _warn_of_lamps_on_backs(lights, surfels)
+        told += _warn_of_lamps_on_backs(lights, surfels)
         return False
     asked = _drawn_by_area(surfels.areas)
     if fronts > ON_FRONTS * (fronts + _light_unoccluded(surfels, asked, shining, -1.0)):
-        _warn_of_lamps_on_backs(lights, surfels)
+        told += _warn_of_lamps_on_backs(lights, surfels)
         return False
     backs = _light_on_backs(surfels, asked, shining)
     if fronts < ON_FRONTS * (fronts + backs):
@@ -78,11 +79,12 @@ def warn_of_backs(lights, surfels, direct, areas):
         warn("none of the scene's lights reaches a surfel: they shine past all of them")
     else:
         return False
+    told += shining
     return True
 
 
 def _warn_of_lamps_on_backs(lights, surfels):
-    """Warns, lamp by lamp, where all that it lights are backs, which light of a sky from below may hide.
+    """Warns, lamp by lamp, where all that it lights are backs, which light of a sky from below may hide: of which ones.
 
     Of surfels that face the ground fronts count as they are lit; of others as they would be with nothing in between,
     where rooms and bodies have as much on fronts as on backs, wherever the lamp stands.
@@ -92,16 +94,19 @@ def _warn_of_lamps_on_backs(lights, surfels):
     facing = surfels.normals[asked].mean(axis=0)
     down = facing[2] < -ONE_WAY
     least = ON_FRONTS_FACING_DOWN if down else ON_FRONTS
+    told = []
     if np.linalg.norm(facing) > ONE_WAY and not down:
-        return
+        return told
     for light in lights:
-        if isinstance(light, Environment) or not _shines(light):
+        if isinstance(light, Environment) or not shines(light):
             continue
         fronts = _light_of(surfels, asked, [light]) if down else _light_unoccluded(surfels, asked, [light], 1.0)
         backs = _light_unoccluded(surfels, asked, [light], -1.0)  # soon found; so are most lamps done with
         if fronts < least * backs and fronts < least * (backs := _light_on_backs(surfels, asked, [light])):
             alone = "alone" if fronts < ON_FRONTS * backs else "nearly alone"
             warn(f"{light!r} shines on backs of surfels {alone}: normals face away from it ({TURN})")
+            told.append(light)
+    return told
 
 
 def warn_of_power_into_backs(figures):
@@ -124,7 +129,7 @@ def warn_of_noise(core):
     if len(disks) == 0:
         return
     asked = disks[np.unique(np.linspace(0, len(disks) - 1, ASKED).astype(np.int64))]
-    ways = _even_ways(2 * NOISE_RAYS)
+    ways = even_ways(2 * NOISE_RAYS)
     cosines = surfels.normals[asked] @ ways.T
     of, way = np.nonzero(cosines > 0.0)
     rows, weights = asked[of], cosines[of, way]
@@ -155,53 +160,6 @@ def warn_of_no_arrival(power, direct):
     """Warns where light whose power is any numbers does not arrive directly: direct is (n, 3), of all surfels."""
     if np.any(power) and not np.any(direct):
         warn(f"none of the light reaches the front of a surfel: walls are closed, or normals face away ({TURN})")
-
-
-def warn_of_lamps_in_bodies(lights, core):
-    """Warns of lamps that have a place, where most of what their rays meet are backs. core: the compiled scene."""
-    for index, light in enumerate(lights):
-        if isinstance(light, DirectionalLight) or not _shines(light):
-            continue
-        at, ways = _rays_of(light)
-        # A ray leaves from a surfel, which it does not meet: one among all of them does not matter here.
-        none, starts = np.zeros(len(ways), np.uint32), np.tile(at, (len(ways), 1))
-        met, front, _ = _core.closest_hits(core, none, starts, ways)
-        met = met >= 0
-        backs = np.count_nonzero(met & (front == 0))
-        if backs > ON_BACKS * np.count_nonzero(met):
-            warn(
-                f"lights: of what light {index} shines on {backs / np.count_nonzero(met):.0%} are backs of surfels: it "
-                f"stands inside of a body or outside of closed walls, or normals face away from it ({TURN})"
-            )
-
-
-def _rays_of(lamp):
-    """(3,) where a lamp stands, and (m, 3) directions in which it shines."""
-    ways = _even_ways(LAMP_RAYS)
-    if isinstance(lamp, PointLight):
-        return lamp.position, ways
-    if isinstance(lamp, SpotLight):
-        inside = ways[ways @ lamp.direction > np.cos(np.radians(lamp.cone / 2.0))]
-        return lamp.position, np.concatenate([inside, [lamp.direction]])
-    if isinstance(lamp, PhotometricLight):
-        return lamp.position, ways[lamp._shares(ways) > 0.0]
-    middle = np.add(lamp.corner, np.add(lamp.edge_u, lamp.edge_v) / 2.0)
-    return middle, ways[ways @ np.cross(lamp.edge_u, lamp.edge_v) > 0.0]
-
-
-def _even_ways(count):
-    """(count, 3) directions all around, of equal solid angles: a Fibonacci lattice."""
-    k = np.arange(count) + 0.5
-    z, turn = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
-    return np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z], axis=1)
-
-
-def _shines(light):
-    if isinstance(light, Environment):
-        return bool(np.any(light.radiance if light.image is None else light.image))
-    if isinstance(light, PhotometricLight) and not light.photometry.candela.any():
-        return False
-    return bool(np.any(getattr(light, power_name(light))))
 
 
 def _drawn_by_area(areas):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,11 +11,13 @@ from numpy.typing import ArrayLike
 
 from surflux._base import check
 from surflux._base.types import FilePath, Integer, Progress, Size
+from surflux._base.warn import FrameWarnings
 from surflux.pictures.animation import write_frames
 from surflux.pictures.camera import Camera
 from surflux.scenes.lights import Light
 from surflux.solving.lamp_renderer import LampRenderer
-from surflux.solving.local_transfer import LocalTransfer
+from surflux.solving.light_on_backs import warn_of_lamps_in_bodies
+from surflux.solving.local_transfer import LocalTransfer, as_list
 from surflux.solving.relit_film import write_relit
 
 _SOME = 16  # frames whose lamps say which surfels are never lit
@@ -80,32 +81,57 @@ def animate_lamps(
     if not isinstance(frames, (list, tuple)) or not frames:
         raise ValueError("frames: wanted a list with the lights of at least one frame")
     tone = {"exposure": exposure, "stops": stops, "filmic": filmic, "fps": fps, "progress": progress}
+    said = FrameWarnings(len(frames))
     if check.choice("direct", direct, ("interpolated", "traced")) == "traced":
         light = {"reflectance": reflectance, "bounces": bounces, "seed": seed}
-        return _write_traced(transfer, frames, path, size, camera, light, **tone, **options)
-    relit = partial(transfer.relight, reflectance=reflectance, bounces=bounces, seed=seed)
-    return write_relit(
-        lambda k: relit(frames[k]),
-        len(frames),
-        path,
-        size,
-        scene=transfer.scene,
-        dark=(relit(_some_lights(frames), probes=1, penumbra_rays=1).radiosity == 0).all(axis=1),
-        camera=camera,
-        **tone,
-        **options,
-    )
+        written = _write_traced(transfer, frames, path, size, camera, light, said, **tone, **options)
+    else:
+
+        def relit(k):
+            with said.of(k):
+                return transfer.relight(frames[k], reflectance=reflectance, bounces=bounces, seed=seed)
+
+        some = _some_lights(frames)
+        given = transfer._given(some, reflectance, bounces, 16384, seed)
+        written = write_relit(
+            relit,
+            len(frames),
+            path,
+            size,
+            scene=transfer.scene,
+            dark=(transfer._relit(some, given, 1, 1).radiosity == 0).all(axis=1),
+            camera=camera,
+            **tone,
+            **options,
+        )
+    said.say()
+    return written
 
 
 def _write_traced(
-    transfer, frames, path, size, camera, light, *, samples=2, culling=True, shadow_cell=4, threads=None, **options
+    transfer,
+    frames,
+    path,
+    size,
+    camera,
+    light,
+    said,
+    *,
+    samples=2,
+    culling=True,
+    shadow_cell=4,
+    threads=None,
+    **options,
 ):
-    """The frames of a LampRenderer; light: options of all of them."""
+    """The frames of a LampRenderer, which warns of nothing; light: options of all of them. said: FrameWarnings."""
     look = {"samples": samples, "culling": culling, "shadow_cell": shadow_cell, "threads": threads}
     renderer = LampRenderer(transfer, camera, size, **look)
 
     def drawn(k, layers, **settings):
-        return renderer.frame(frames[k], layers=layers, threads=threads, **light, **settings)
+        found = renderer.frame(frames[k], layers=layers, threads=threads, **light, **settings)
+        with said.of(k):
+            warn_of_lamps_in_bodies(as_list(frames[k]), transfer._scene_core())
+        return found
 
     return write_frames(drawn, len(frames), path, size, **options)
 
@@ -114,4 +140,4 @@ def _some_lights(frames):
     """Lamps of frames all over the film, together."""
     chosen = np.unique(np.linspace(0, len(frames) - 1, _SOME).astype(int))
     some = [frames[k] for k in chosen]
-    return [light for lights in some for light in (lights if isinstance(lights, (list, tuple)) else [lights])]
+    return [light for lights in some for light in as_list(lights)]

@@ -24,7 +24,8 @@ from surflux.scenes.lights import (
 )
 from surflux.scenes.sky import Sky
 from surflux.solutions.solution import Solution
-from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
+from surflux.solving.darkness import warn_of_backs
+from surflux.solving.light_on_backs import warn_of_lamps_in_bodies
 from surflux.solving.transfer import LARGEST, Transfer
 
 LOCAL = PointLight, SpotLight, PhotometricLight, AreaLight, DirectionalLight
@@ -120,7 +121,7 @@ class LocalTransfer(Transfer):
         given = self._given(lights, reflectance, bounces, shadow_rays, seed)
         rays = _penumbra_options(probes, penumbra_rays)
         solution = self._relit(lights, given, *rays, threads, progress)
-        self._warn(_as_list(lights), solution.direct)
+        self._warn(as_list(lights), solution.direct)
         return self._add_account(solution, given[2])
 
     def _relit(self, lights, given, probes, penumbra_rays, threads=None, progress=False):
@@ -133,16 +134,17 @@ class LocalTransfer(Transfer):
                 report = None if callback is None else lambda done, total: callback("direct", done, total)
                 direct = np.asarray(self._core.direct(given[0], probes, penumbra_rays, given[-1], report))
             seconds = {"indirect": found - start, "direct": perf_counter() - found}
-        return self._solution(_as_list(lights), *given[1:3], direct + indirect, direct, timings=seconds)
+        return self._solution(as_list(lights), *given[1:3], direct + indirect, direct, timings=seconds)
 
     def _warn(self, lights, direct):
         """Of lights that reach no fronts, or hardly any; direct: (n, 3) irradiance that they bring."""
         core = self._scene_core()
-        if not warn_of_backs(lights, core.surfels, direct, core.surfels.areas):
-            warn_of_lamps_in_bodies(lights, core)
+        told = []
+        if not warn_of_backs(lights, core.surfels, direct, core.surfels.areas, told):
+            warn_of_lamps_in_bodies(lights, core, told)
 
     def _given(self, lights, reflectance, bounces, shadow_rays, seed):
-        lights = _as_list(lights)
+        lights = as_list(lights)
         for index, light in enumerate(lights):
             if not isinstance(light, LOCAL):
                 what = type(light).__name__
@@ -168,5 +170,5 @@ def _penumbra_options(probes, penumbra_rays):
     return probes, penumbra_rays
 
 
-def _as_list(lights):
+def as_list(lights):
     return list(lights) if isinstance(lights, (list, tuple)) else [lights]

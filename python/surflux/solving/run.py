@@ -21,6 +21,7 @@ from surflux.scenes.options import ASKED, checked_solve_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_darkness, warn_of_lost_power, warn_of_power_into_backs
+from surflux.solving.light_on_backs import LightOnBacks
 
 Solver = TypeVar("Solver", bound=Callable[..., Solution])
 
@@ -118,7 +119,12 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
         if converges and residual > options["tolerance"]:
             warn(f"the linear solver stopped at a residual of {residual:.2g}")
         with thread_limit(threads):
-            dark = warn_of_darkness(scene, core, result)
+            sides, told = LightOnBacks(scene.lights, core), []
+            if sides.share is not None:
+                solution.history[-1]["direct_on_backs"] = sides.share
+            dark = warn_of_darkness(scene, core, result, told)
+            if not dark:
+                sides.warn(told)
         if not dark:  # of next to no light, what becomes of it says little
             _warn_of_lost_light(result, converges)
 

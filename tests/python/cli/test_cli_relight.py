@@ -282,3 +282,28 @@ def test_an_error_is_said_of_films_and_gaussians_too(room, run):
     status, out, err = run("relight", "a.transfer", *options)
     assert status == 0, err
     assert 0.0 < json.loads(out)["error"] < 0.02
+
+
+OUT_OF_THE_ROOM = """
+frames = 5
+[[light]]
+type = "point"
+position = [[0.5, 0.5, 0.5], [0.5, 0.5, 2.3]]
+intensity = 1.0
+[[light]]
+type = "point"
+position = [0.2, 0.2, 0.2]
+intensity = 1.0
+"""
+
+
+@pytest.mark.parametrize("direct", ["interpolated", "traced"])
+def test_of_a_film_frames_are_named_whose_lamp_leaves_the_room(room, run, direct):
+    """They were "light 4", of all that some frames have together, and nothing with --direct traced."""
+    Path("path.toml").write_text(OUT_OF_THE_ROOM)
+    options = ("--path", "path.toml", "--image", "a%d.png", "--direct", direct)
+    status, _, err = run("relight", "room.toml", *options, *SMALL)
+    assert status == 0, err
+    said = [line for line in err.splitlines() if "are backs of surfels" in line]
+    assert len(said) == 1
+    assert re.search(r"frames 3 to 5: lights: of what light 0 shines on (\d+% to )?100% are backs", said[0])
