@@ -169,7 +169,10 @@ ContradictedSurfels find_contradicted(const std::vector<Place>& places, const st
     else
         make();
     ContradictedSurfels all;
-    for (const ContradictedSurfels& part : parts) all.append(part);
+    for (ContradictedSurfels& part : parts) {
+        all.append(part);
+        part = {};  // it takes much memory
+    }
     return all;
 }
 

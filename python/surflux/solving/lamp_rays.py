@@ -12,7 +12,7 @@ IN_AIR = 0xFFFFFFFF  # in place of the surfel that a ray leaves
 CLEAR = 1e-5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Met:
     """What the rays of a light meet first, but for those that leave the scene: (m,) each.
 
