@@ -184,6 +184,15 @@ def _turned_over(path, points, normals, places):
             name,
             percent(by_most),
         )
+    unsure = np.mean(found.unsure)
+    if unsure > _MANY:
+        LOG.warning(
+            "%s: %s of the points face the other way than those beside them, and neither rays nor normals, which "
+            "contradict each other there, tell which of both are right: what faces the wrong way gets no light and "
+            "looks black. `surflux view` shows it, and Surfels.flipped turns points over",
+            name,
+            percent(unsure),
+        )
     if against > _MOST and not _is_ground(points, normals):  # a valley is seen less from above
         LOG.info(
             "%s: the open surfaces of %s of the points face the side that is seen less, which is right in a room, and "
