@@ -107,17 +107,12 @@ Facing facing_of(const std::vector<Vec3>& points, const std::vector<Vec3>& norma
     const Surfels& some = looked.disks;
     const SheetSides sides = sheet_sides(some, options.sheets, progress);
     out.sheets = sides.sheets;
-    const auto in_patches = [&](const auto& is_one) {
-        std::vector<bool> chosen_ones(some.size());
-        for (std::size_t i = 0; i < some.size(); ++i) chosen_ones[i] = is_one(i);
-        std::vector<char> in(some.size(), 0);
-        for (const std::vector<std::uint32_t>& patch : patches_of(some, sides.graph, chosen_ones))
-            if (patch.size() >= options.sheets.smallest)
-                for (std::uint32_t i : patch) in[i] = 1;
-        return in;
-    };
-    const std::vector<char> turned = in_patches([&](std::size_t i) { return sides.turned(i); });
-    const std::vector<char> unsure = in_patches([&](std::size_t i) { return sides.unsure(i); });
+    std::vector<bool> against(some.size());
+    for (std::size_t i = 0; i < some.size(); ++i) against[i] = sides.turned(i);
+    std::vector<char> turned(some.size(), 0);
+    for (const std::vector<std::uint32_t>& patch : patches_of(some, sides.graph, against))
+        if (patch.size() >= options.sheets.smallest)
+            for (std::uint32_t i : patch) turned[i] = 1;
 
     // Every point has the sheet and the side of the nearest of those looked at that face its way. Where points face
     // both ways, both are right, whatever stands beside them.
@@ -143,7 +138,7 @@ Facing facing_of(const std::vector<Vec3>& points, const std::vector<Vec3>& norma
                 if (leader == Places::none) continue;
                 out.sheet[i] = sides.sheet[leader];
                 out.turned[i] = turned[leader] && !pair;
-                out.unsure[i] = unsure[leader] && !pair;
+                out.unsure[i] = sides.unsure[leader] && !pair;
             }
         },
         progress);

@@ -18,15 +18,12 @@ Inward inward_patches(const Surfels& surfels, const InwardOptions& options, cons
     SheetSides sides = sheet_sides(surfels, asked, progress);
     if (options.rooms)
         for (OrientedSheet& sheet : sides.sheets) sheet.backwards = false;
-    std::vector<bool> inward(surfels.size()), unsure(surfels.size());
-    for (std::size_t i = 0; i < surfels.size(); ++i) inward[i] = sides.turned(i), unsure[i] = sides.unsure(i);
+    std::vector<bool> inward(surfels.size());
+    for (std::size_t i = 0; i < surfels.size(); ++i) inward[i] = sides.turned(i), out.unsure[i] = sides.unsure[i];
     std::vector<std::vector<std::uint32_t>> patches = patches_of(surfels, sides.graph, inward);
     std::stable_sort(patches.begin(), patches.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
     for (std::size_t k = 0; k < patches.size() && patches[k].size() >= options.smallest; ++k)
         for (std::uint32_t i : patches[k]) out.patch[i] = static_cast<std::uint32_t>(k + 1);
-    for (const std::vector<std::uint32_t>& patch : patches_of(surfels, sides.graph, unsure))
-        if (patch.size() >= options.smallest)
-            for (std::uint32_t i : patch) out.unsure[i] = 1;
     return out;
 }
 

@@ -17,8 +17,7 @@ struct InwardOptions {
 
 struct Inward {
     std::vector<std::uint32_t> patch;  // per surfel: 0, or the number of its patch, 1 for the largest
-    // Per surfel: in such a patch of what faces the other way than what is around it, where nothing tells who is right.
-    std::vector<char> unsure;
+    std::vector<char> unsure;          // per surfel: where normals change sides, and nothing tells which are right
 };
 
 // Patches of surfels whose normals point inwards. Sheets, and which side of them is seen, are those of sheet_sides. In

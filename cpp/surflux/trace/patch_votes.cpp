@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::size_t asked_of_each = 200;  // surfels of a patch, at most
 constexpr double least_rays = 10.0;         // that reach the light from a patch: fewer say nothing
+constexpr double least_light = 0.1;         // the same, of those from one side: less comes through gaps
+constexpr double doubtful = 0.25;  // of the links to what is larger and turned otherwise: so many say the opposite
 // Of a sheet: else all of it faces inwards, as a room that is furnished does, and nothing tells which it is.
 constexpr double least_right = 0.05;
 
@@ -46,6 +48,7 @@ public:
         if (patches_.empty()) return;
         for (const bool behind : {false, true}) look(behind);
         decide();
+        doubt();
         while (follow()) {
         }
         std::vector<std::size_t> right(sides_.sheets.size(), 0);
@@ -119,10 +122,32 @@ private:
                 for (const std::size_t side : {0, 1}) light[side] += patch.others[side];
             }
             const double both = light[0] + light[1];
-            if (both < std::max(least_rays, 2.0 * closing::dark * patch.rays)) continue;
+            if (both < std::max(least_rays, least_light * patch.rays)) continue;
             if (std::abs(light[0] - light[1]) <= closing::one_sided * both) continue;
             patch.verdict = (light[0] > light[1]) != is_room ? Verdict::right : Verdict::turned;
         }
+    }
+
+    // What continues, as it is given, larger patches that rays turn otherwise is not told by its own rays.
+    void doubt() {
+        std::vector<Patch*> doubted;
+        for (Patch& patch : patches_) {
+            if (patch.verdict == Verdict::unknown) continue;
+            std::size_t same = 0, opposite = 0;
+            for (const std::uint32_t i : patch.members)
+                for (const std::uint32_t j : sides_.graph[i]) {
+                    if (patch_[j] == SheetSides::none) continue;
+                    const Patch& other = patches_[patch_[j]];
+                    if (other.verdict == Verdict::unknown || other.verdict == patch.verdict) continue;
+                    if (other.members.size() <= patch.members.size()) continue;
+                    const double agree = agreement(s_.normals[i], s_.normals[j], s_.positions[j] - s_.positions[i]);
+                    if (std::abs(agree) < continuation || mirror_decides(agree, dot(s_.normals[i], s_.normals[j])))
+                        continue;
+                    ++(agree > 0.0 ? same : opposite);
+                }
+            if (static_cast<double>(same) > doubtful * static_cast<double>(same + opposite)) doubted.push_back(&patch);
+        }
+        for (Patch* patch : doubted) patch->verdict = Verdict::unknown;
     }
 
     // What no ray tells goes with what it continues. False: there is no more of it.

@@ -12,6 +12,7 @@
 #include "surflux/trace/contacts.h"
 #include "surflux/trace/joined_patches.h"
 #include "surflux/trace/patch_votes.h"
+#include "surflux/trace/side_changes.h"
 #include "surflux/trace/side_rays.h"
 #include "surflux/trace/tracer.h"
 
@@ -29,9 +30,9 @@ constexpr double doubtful = 0.25;     // of the links across the border of a pat
 constexpr double one_side = 0.5;      // cosine of an angle: on which side of a border both lie
 // Of the links across, so many lead to one side: .25 to .41 of a contact of random points, .48 to .9 of a border.
 constexpr double least_beside = 0.45;
-constexpr double least_border = 12.0;   // links, and the root of its surfels: fewer are a contact, as of two leaves
-constexpr std::size_t looks = 256;      // of a witness, all around
-constexpr double around = 0.5;          // of these meet the inside of what closes around it
+constexpr double least_border = 12.0;  // links, and the root of its surfels: fewer are a contact, as of two leaves
+constexpr std::size_t looks = 256;     // of a witness, all around
+constexpr double around = 0.5;         // of these meet the inside of what closes around it
 
 // Surfels at the same place are no neighbours, but have the same ones. Returns the spacing.
 std::vector<double> surround(const Surfels& s, SheetSides& out, const Progress& progress) {
@@ -313,17 +314,12 @@ bool SheetSides::turned(std::size_t surfel) const {
     return of.backwards && !against[surfel] && of.against <= few_against;
 }
 
-bool SheetSides::unsure(std::size_t surfel) const {
-    if (sheet[surfel] == none || two_sided[surfel] || !against[surfel]) return false;
-    const OrientedSheet& of = sheets[sheet[surfel]];
-    return of.tangled > most_tangled && !of.settled;
-}
-
 SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Progress& progress) {
     SheetSides out;
     out.sheet.assign(s.size(), SheetSides::none);
     out.against.assign(s.size(), false);
     out.two_sided.assign(s.size(), false);
+    out.unsure.assign(s.size(), false);
     if (s.size() < std::max<std::size_t>(options.smallest, 2)) return out;
     const std::vector<double> spacing = surround(s, out, progress);
     part_pieces(s, options.smallest, out.graph);
@@ -358,6 +354,7 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
     if (options.estimated) return out;
     settle_by_rays(s, *rays, options, out);
     drop_doubtful(s, out);
+    find_side_changes(s, out);
     return out;
 }
 

@@ -35,9 +35,9 @@ struct OrientedSheet {
     // backwards as a whole.
     double tangled = 0.0;
     bool settled = false;  // tangled, but of each of its patches rays say which side is seen (patch_votes.h)
-    double flat = 0.0;    // length of its mean normal: 0 of what closes, 1 of a plane
-    double margin = 0.0;  // of the light that comes to it, in front less behind: from -1 to 1
-    double bodies = 0.0;  // of the rays from it that meet closed sheets from where those are seen, the same
+    double flat = 0.0;     // length of its mean normal: 0 of what closes, 1 of a plane
+    double margin = 0.0;   // of the light that comes to it, in front less behind: from -1 to 1
+    double bodies = 0.0;   // of the rays from it that meet closed sheets from where those are seen, the same
 };
 
 struct SheetSides {
@@ -45,13 +45,12 @@ struct SheetSides {
     std::vector<std::uint32_t> sheet;  // per surfel: index of its sheet, or none of one that is too small
     std::vector<bool> against;         // per surfel: faces the other way than most of its sheet
     std::vector<bool> two_sided;       // shares its place with one that faces elsewhere: both are right
+    std::vector<bool> unsure;          // where normals change sides, as nothing tells which are right
     NeighborGraph graph;               // of surfels that may continue each other
     std::vector<OrientedSheet> sheets;
 
     // Does a surfel face the side of its sheet from which it is not seen? Pairs of two_sided never do.
     bool turned(std::size_t surfel) const;
-    // Does it face the other way than those around, and nothing says which of them are right?
-    bool unsure(std::size_t surfel) const;
 };
 
 // Sheets by their links (neighbors/orientation.h), and which side of each is seen, by rays from both sides of some of

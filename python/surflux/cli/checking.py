@@ -76,9 +76,9 @@ def checked(options, scene, mesh=None, points=None):
     if unsure.any():
         around = place(cloud.points[unsure].mean(axis=0))
         lines.append(
-            f"{int(unsure.sum())} surfels around ({around}) face the other way than those beside them, "
-            "and neither rays nor normals, which contradict each other there, tell which of both are "
-            "right: `surflux view` shows it, and Surfels.flipped turns them round"
+            f"{int(unsure.sum())} surfels around ({around}) stand on lines along which normals change sides: a part of "
+            "their surface may be turned over, and points that are so far apart do not tell which. `surflux view` "
+            "shows it; Surfels.flipped turns round what lies to one side"
         )
     if options.output:
         turned = cloud.flipped(patches > 0)
@@ -88,8 +88,8 @@ def checked(options, scene, mesh=None, points=None):
 
 
 def _sides_of(one, witnesses, options):
-    """Patches that point the wrong way, surfels of sheets that are rooms or turned inside out, those that face another
-    way than what is around, right or not, and what is inside.
+    """Patches that point the wrong way, surfels of sheets that are rooms or turned inside out, those where
+    normals change sides, and what is inside.
     """
 
     def found(rooms):

@@ -36,8 +36,8 @@ class Facing:
             all of it, -1 for the other side. 0 where normals say otherwise than the sheet that goes through them, as
             at seams of walls and ground that are coarsely sampled: sides of that are not known.
         bodies: (n,) the same of rays that meet bodies from outside: what faces those is in the air, as they are.
-        unsure: (n,) booleans: in a patch that faces the other way than what is around it, where links contradict one
-            another and rays do not tell which of both is right. None of these is turned.
+        unsure: (n,) booleans: on a line along which normals change sides, of a sheet of which neither its normals nor
+            rays tell which side of the line is right.
     """
 
     turned: NDArray[np.bool_]

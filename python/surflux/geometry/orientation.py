@@ -74,6 +74,6 @@ def inward_patches(
 
 
 def inward_and_unsure(s, rooms, smallest, rays=8, seed=0, callback=None):
-    """What inward_patches gives, and (n,) booleans: faces the other way than what is around, and may be right."""
+    """What inward_patches gives, and (n,) booleans: where normals change sides, and nothing tells which."""
     patches, unsure = _core.inward_patches(s._core, smallest, rays, seed, rooms, progress=callback)
     return patches.astype("int64"), unsure.astype(bool)

@@ -184,14 +184,13 @@ def _turned_over(path, points, normals, places):
             name,
             percent(by_most),
         )
-    unsure = np.mean(found.unsure)
-    if unsure > _MANY:
+    if found.unsure.any():
         LOG.warning(
-            "%s: %s of the points face the other way than those beside them, and neither rays nor normals, which "
-            "contradict each other there, tell which of both are right: what faces the wrong way gets no light and "
-            "looks black. `surflux view` shows it, and Surfels.flipped turns points over",
+            "%s: normals change sides along lines, on which %s of the points stand: a part may be turned over, without "
+            "light, and points that are so far apart do not tell which. `surflux view` shows it, `surflux check` says "
+            "where, and Surfels.flipped turns points over",
             name,
-            percent(unsure),
+            percent(np.mean(found.unsure)),
         )
     if against > _MOST and not _is_ground(points, normals):  # a valley is seen less from above
         LOG.info(
