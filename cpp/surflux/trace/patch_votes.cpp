@@ -16,6 +16,7 @@ constexpr double least_light = 0.1;         // the same, of those from one side:
 constexpr double doubtful = 0.25;  // of the links to what is larger and turned otherwise: so many say the opposite
 // Of a sheet: else all of it faces inwards, as a room that is furnished does, and nothing tells which it is.
 constexpr double least_right = 0.05;
+constexpr double nearly_all = 0.9;  // of an open sheet
 
 enum class Verdict : std::uint8_t { unknown, right, turned };
 
@@ -39,7 +40,8 @@ public:
     Settling(const Surfels& s, const SideRays& rays, const SheetOptions& options, SheetSides& sides)
         : s_(s), rays_(rays), options_(options), sides_(sides), patch_(s.size(), SheetSides::none) {
         for (OrientedSheet& sheet : sides_.sheets)
-            sheet.settled = sheet.kind != SheetKind::open && sheet.tangled > most_tangled;
+            sheet.settled =
+                sheet.tangled > most_tangled && (sheet.kind != SheetKind::open || sheet.flat <= closing::most_flat);
         for (std::uint32_t i = 0; i < s_.size(); ++i)
             if (is_of_settled(i) && patch_[i] == SheetSides::none) gather_from(i);
     }
@@ -49,6 +51,7 @@ public:
         for (const bool behind : {false, true}) look(behind);
         decide();
         doubt();
+        close_open_ones();
         while (follow()) {
         }
         std::vector<std::size_t> right(sides_.sheets.size(), 0);
@@ -57,6 +60,7 @@ public:
         for (std::size_t k = 0; k < right.size(); ++k) {
             OrientedSheet& sheet = sides_.sheets[k];
             if (static_cast<double>(right[k]) < least_right * static_cast<double>(sheet.size)) sheet.settled = false;
+            if (sheet.settled && sheet.kind == SheetKind::open) sheet.kind = SheetKind::body;
         }
         for (const Patch& patch : patches_) {
             if (!sides_.sheets[patch.sheet].settled) continue;
@@ -148,6 +152,19 @@ private:
             if (static_cast<double>(same) > doubtful * static_cast<double>(same + opposite)) doubted.push_back(&patch);
         }
         for (Patch* patch : doubted) patch->verdict = Verdict::unknown;
+    }
+
+    // Links that err may have turned large parts of a body against each other, so that it seems to be seen from both
+    // sides: it closes where rays tell one side of nearly all of its patches.
+    void close_open_ones() {
+        std::vector<std::size_t> told(sides_.sheets.size(), 0);
+        for (const Patch& patch : patches_)
+            if (patch.verdict != Verdict::unknown) told[patch.sheet] += patch.members.size();
+        for (std::size_t k = 0; k < told.size(); ++k) {
+            OrientedSheet& sheet = sides_.sheets[k];
+            if (!sheet.settled || sheet.kind != SheetKind::open) continue;
+            sheet.settled = static_cast<double>(told[k]) >= nearly_all * static_cast<double>(sheet.size);
+        }
     }
 
     // What no ray tells goes with what it continues. False: there is no more of it.

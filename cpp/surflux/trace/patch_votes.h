@@ -10,6 +10,7 @@ namespace surflux {
 // links do not tell which of its surfels face the other way, but rays tell of each patch that is of one mind which side
 // of it is seen. Patches that few rays leave go with what they continue. Marks such sheets as settled, sets `against`
 // of their surfels.
+// Sheets that seem open are closed where rays tell one side of nearly all of their patches.
 void settle_by_rays(const Surfels& surfels, const SideRays& rays, const SheetOptions& options, SheetSides& sides);
 
 }  // namespace surflux
