@@ -73,8 +73,8 @@ py::tuple seen_fronts(const CompiledScene& scene, const Doubles& points, const D
     return py::make_tuple(to_array(met), to_array(distance));
 }
 
-// Sheet of each point or -1, whether it is turned, and of each sheet its kind, whether it is backwards, the shares of
-// surfels against that and of tangled links, and the margins of light and of bodies.
+// Sheet of each point or -1, whether it is turned, or unsure, and of each sheet its kind, whether it is backwards, or
+// settled, the shares of surfels against that and of tangled links, and the margins of light and of bodies.
 py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesses, std::size_t smallest, int rays,
                 std::size_t most, std::uint64_t seed, bool estimated, const py::object& progress) {
     const std::vector<Vec3> points = to_vec3s(at, "points"), normals = to_vec3s(along, "normals");
@@ -87,11 +87,12 @@ py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesse
     std::vector<std::int64_t> sheet(found.sheet.size());
     for (std::size_t i = 0; i < sheet.size(); ++i)
         sheet[i] = found.sheet[i] == SheetSides::none ? -1 : std::int64_t{found.sheet[i]};
-    std::vector<char> kind, backwards;
+    std::vector<char> kind, backwards, settled;
     std::vector<double> against, margin, tangled, bodies;
     for (const OrientedSheet& s : found.sheets) {
         kind.push_back(static_cast<char>(s.kind));
         backwards.push_back(s.backwards);
+        settled.push_back(s.settled);
         against.push_back(s.against);
         margin.push_back(s.margin);
         tangled.push_back(s.tangled);
@@ -100,8 +101,10 @@ py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesse
     py::dict out;
     out["sheet"] = to_array(sheet);
     out["turned"] = to_array(found.turned);
+    out["unsure"] = to_array(found.unsure);
     out["kind"] = to_array(kind);
     out["backwards"] = to_array(backwards);
+    out["settled"] = to_array(settled);
     out["against"] = to_array(against);
     out["tangled"] = to_array(tangled);
     out["margin"] = to_array(margin);
@@ -124,7 +127,8 @@ void bind_trace(py::module_& module) {
            const py::object& progress) {
             const InwardOptions options{smallest, rays, seed, rooms};
             const Progress report = to_progress(progress);
-            return to_array(without_gil([&] { return inward_patches(surfels, options, report); }));
+            const Inward found = without_gil([&] { return inward_patches(surfels, options, report); });
+            return py::make_tuple(to_array(found.patch), to_array(found.unsure));
         },
         py::arg("surfels"), py::arg("smallest"), py::arg("rays"), py::arg("seed"), py::arg("rooms"),
         py::arg("progress") = py::none());

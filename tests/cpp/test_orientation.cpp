@@ -188,7 +188,7 @@ TEST(InwardPatches, AreFoundExactlyOnAClosedBodyWhateverTheirShare) {
         std::size_t turned = 0;
         for (std::size_t i = 0; i < cloud.points.size(); ++i)
             if (cloud.points[i].z > height) cloud.normals[i] = -cloud.normals[i], ++turned;
-        const std::vector<std::uint32_t> patch = inward_patches(surfels_of(cloud), {});
+        const std::vector<std::uint32_t> patch = inward_patches(surfels_of(cloud), {}).patch;
         for (std::size_t i = 0; i < patch.size(); ++i) EXPECT_EQ(patch[i], cloud.points[i].z > height ? 1u : 0u);
         EXPECT_EQ(std::count(patch.begin(), patch.end(), 1u), static_cast<long>(turned));
     }
@@ -196,16 +196,16 @@ TEST(InwardPatches, AreFoundExactlyOnAClosedBodyWhateverTheirShare) {
 
 TEST(InwardPatches, OfAnOpenScanAreThoseAgainstItsGreaterPart) {
     Cloud cloud = ball(4000, 0.7);
-    const std::vector<std::uint32_t> right = inward_patches(surfels_of(cloud), {});
+    const std::vector<std::uint32_t> right = inward_patches(surfels_of(cloud), {}).patch;
     EXPECT_EQ(std::count(right.begin(), right.end(), 0u), static_cast<long>(right.size()));
     // Facing into the bowl as a whole is no mistake: nobody knows better.
     Cloud bowl = cloud;
     for (Vec3& n : bowl.normals) n = -n;
-    const std::vector<std::uint32_t> inside = inward_patches(surfels_of(bowl), {});
+    const std::vector<std::uint32_t> inside = inward_patches(surfels_of(bowl), {}).patch;
     EXPECT_EQ(std::count(inside.begin(), inside.end(), 0u), static_cast<long>(inside.size()));
     for (std::size_t i = 0; i < cloud.points.size(); ++i)
         if (cloud.points[i].z > 0.95) cloud.normals[i] = -cloud.normals[i];
-    const std::vector<std::uint32_t> patch = inward_patches(surfels_of(cloud), {});
+    const std::vector<std::uint32_t> patch = inward_patches(surfels_of(cloud), {}).patch;
     for (std::size_t i = 0; i < patch.size(); ++i) EXPECT_EQ(patch[i], cloud.points[i].z > 0.95 ? 1u : 0u);
 }
 
@@ -214,15 +214,15 @@ TEST(InwardPatches, AreNumberedFromTheLargest) {
     for (std::size_t i = 0; i < cloud.points.size(); ++i)
         if (cloud.points[i].z > 0.9 || cloud.points[i].z < -0.7) cloud.normals[i] = -cloud.normals[i];
     cloud.normals[1500] = -cloud.normals[1500];  // alone: noise
-    const std::vector<std::uint32_t> patch = inward_patches(surfels_of(cloud), {});
+    const std::vector<std::uint32_t> patch = inward_patches(surfels_of(cloud), {}).patch;
     for (std::size_t i = 0; i < patch.size(); ++i)
         EXPECT_EQ(patch[i], cloud.points[i].z < -0.7 ? 1u : cloud.points[i].z > 0.9 ? 2u : 0u);
 }
 
 TEST(InwardPatches, AreNotSeenInTwoSidedSheetsNorInFewSurfels) {
     const Surfels two = two_sided(surfels_of(ball(500, -2.0)));
-    for (std::uint32_t p : inward_patches(two, {})) EXPECT_EQ(p, 0u);
-    EXPECT_EQ(inward_patches(shapes::disk({}, {0, 0, 1}, 1.0), {}), std::vector<std::uint32_t>{0});
+    for (std::uint32_t p : inward_patches(two, {}).patch) EXPECT_EQ(p, 0u);
+    EXPECT_EQ(inward_patches(shapes::disk({}, {0, 0, 1}, 1.0), {}).patch, std::vector<std::uint32_t>{0});
 }
 
 TEST(InwardPatches, StopWhenTold) {

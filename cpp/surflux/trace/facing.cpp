@@ -95,6 +95,7 @@ Facing facing_of(const std::vector<Vec3>& points, const std::vector<Vec3>& norma
     Facing out;
     out.sheet.assign(points.size(), SheetSides::none);
     out.turned.assign(points.size(), 0);
+    out.unsure = out.turned;
     if (points.size() < std::max<std::size_t>(options.sheets.smallest, reached + 1)) return out;
     const Places places = places_of(points, normals, progress);
     if (places.at.size() <= reached) return out;
@@ -137,6 +138,7 @@ Facing facing_of(const std::vector<Vec3>& points, const std::vector<Vec3>& norma
                 if (leader == Places::none) continue;
                 out.sheet[i] = sides.sheet[leader];
                 out.turned[i] = turned[leader] && !pair;
+                out.unsure[i] = sides.unsure[leader] && !pair;
             }
         },
         progress);

@@ -19,6 +19,7 @@ struct FacingOptions {
 struct Facing {
     std::vector<std::uint32_t> sheet;   // per point: index into sheets, or SheetSides::none
     std::vector<char> turned;           // per point: in a patch of at least `smallest` of those looked at
+    std::vector<char> unsure;           // per point: where normals change sides, and nothing tells which are right
     std::vector<OrientedSheet> sheets;  // sizes are those of all points
 };
 

@@ -11,6 +11,8 @@
 #include "surflux/neighbors/point_index.h"
 #include "surflux/trace/contacts.h"
 #include "surflux/trace/joined_patches.h"
+#include "surflux/trace/patch_votes.h"
+#include "surflux/trace/side_changes.h"
 #include "surflux/trace/side_rays.h"
 #include "surflux/trace/tracer.h"
 
@@ -28,10 +30,9 @@ constexpr double doubtful = 0.25;     // of the links across the border of a pat
 constexpr double one_side = 0.5;      // cosine of an angle: on which side of a border both lie
 // Of the links across, so many lead to one side: .25 to .41 of a contact of random points, .48 to .9 of a border.
 constexpr double least_beside = 0.45;
-constexpr double least_border = 12.0;   // links, and the root of its surfels: fewer are a contact, as of two leaves
-constexpr double most_tangled = 0.002;  // see OrientedSheet
-constexpr std::size_t looks = 256;      // of a witness, all around
-constexpr double around = 0.5;          // of these meet the inside of what closes around it
+constexpr double least_border = 12.0;  // links, and the root of its surfels: fewer are a contact, as of two leaves
+constexpr std::size_t looks = 256;     // of a witness, all around
+constexpr double around = 0.5;         // of these meet the inside of what closes around it
 
 // Surfels at the same place are no neighbours, but have the same ones. Returns the spacing.
 std::vector<double> surround(const Surfels& s, SheetSides& out, const Progress& progress) {
@@ -252,6 +253,7 @@ void drop_doubtful(const Surfels& s, SheetSides& out) {
         return d - dot(d, s.normals[i]) * s.normals[i];
     };
     for (const std::vector<std::uint32_t>& patch : patches_of(s, out.graph, out.against)) {
+        if (out.sheets[out.sheet[patch.front()]].settled) continue;
         const bool is_open = out.sheets[out.sheet[patch.front()]].kind == SheetKind::open;
         std::size_t same = 0, opposite = 0, smooth = 0, beside = 0;
         for (std::uint32_t i : patch) {
@@ -308,7 +310,7 @@ std::vector<std::vector<std::uint32_t>> patches_of(const Surfels& s, const Neigh
 bool SheetSides::turned(std::size_t surfel) const {
     if (sheet[surfel] == none || two_sided[surfel]) return false;
     const OrientedSheet& of = sheets[sheet[surfel]];
-    if (of.tangled <= most_tangled) return against[surfel] != of.backwards;
+    if (of.tangled <= most_tangled || of.settled) return against[surfel] != of.backwards;
     return of.backwards && !against[surfel] && of.against <= few_against;
 }
 
@@ -317,6 +319,7 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
     out.sheet.assign(s.size(), SheetSides::none);
     out.against.assign(s.size(), false);
     out.two_sided.assign(s.size(), false);
+    out.unsure.assign(s.size(), false);
     if (s.size() < std::max<std::size_t>(options.smallest, 2)) return out;
     const std::vector<double> spacing = surround(s, out, progress);
     part_pieces(s, options.smallest, out.graph);
@@ -348,7 +351,10 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
     }
     if (!rays) rays = std::make_unique<SideRays>(s, front);
     Votes(s, out, front, *rays, options).ask(members, progress);
-    if (!options.estimated) drop_doubtful(s, out);
+    if (options.estimated) return out;
+    settle_by_rays(s, *rays, options, out);
+    drop_doubtful(s, out);
+    find_side_changes(s, out);
     return out;
 }
 

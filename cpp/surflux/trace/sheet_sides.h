@@ -31,12 +31,13 @@ struct OrientedSheet {
     bool backwards = false;  // the side that is seen is the one behind; of open sheets never
     double against = 0.0;    // share of its surfels that face the other way than most
     // Share of its links that contradict the sides it has been given: below .001 on surfaces, .009 and more on trees,
-    // leaves, and walls that are thinner than points are apart. Above .002 nothing is turned but what faces backwards
-    // as a whole.
+    // leaves, and walls that are thinner than points are apart. Above .002 links alone turn nothing but what faces
+    // backwards as a whole.
     double tangled = 0.0;
-    double flat = 0.0;    // length of its mean normal: 0 of what closes, 1 of a plane
-    double margin = 0.0;  // of the light that comes to it, in front less behind: from -1 to 1
-    double bodies = 0.0;  // of the rays from it that meet closed sheets from where those are seen, the same
+    bool settled = false;  // tangled, but of each of its patches rays say which side is seen (patch_votes.h)
+    double flat = 0.0;     // length of its mean normal: 0 of what closes, 1 of a plane
+    double margin = 0.0;   // of the light that comes to it, in front less behind: from -1 to 1
+    double bodies = 0.0;   // of the rays from it that meet closed sheets from where those are seen, the same
 };
 
 struct SheetSides {
@@ -44,6 +45,7 @@ struct SheetSides {
     std::vector<std::uint32_t> sheet;  // per surfel: index of its sheet, or none of one that is too small
     std::vector<bool> against;         // per surfel: faces the other way than most of its sheet
     std::vector<bool> two_sided;       // shares its place with one that faces elsewhere: both are right
+    std::vector<bool> unsure;          // where normals change sides, as nothing tells which are right
     NeighborGraph graph;               // of surfels that may continue each other
     std::vector<OrientedSheet> sheets;
 
@@ -62,6 +64,8 @@ std::vector<std::vector<std::uint32_t>> patches_of(const Surfels& surfels, const
 
 // How well neighbours in a sheet continue each other, at least (agreement).
 inline constexpr double continuation = 0.5;
+
+inline constexpr double most_tangled = 0.002;  // see OrientedSheet
 
 // When a sheet, or a piece of one, closes around something.
 namespace closing {

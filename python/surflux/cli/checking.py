@@ -5,6 +5,8 @@ import numpy as np
 import surflux as sf
 from surflux import _core
 from surflux._base import check
+from surflux._base.passes import progress_callback, thread_limit
+from surflux.geometry.orientation import inward_and_unsure
 from surflux.meshes.winding import opposite_edges
 from surflux.scenes.coincidence import coincidence_of, rounded_for
 from surflux.solving.light_on_backs import lamps_in_bodies
@@ -20,22 +22,24 @@ def checked(options, scene, mesh=None, points=None):
     mesh: the Mesh that it was made of, if it was one. points: Points that it was made of, which keep all they have.
     """
     cloud = scene.surfels
-    wrong, unclear, rooms, number = [], [], [], 0
+    wrong, unclear, doubted, rooms, number = [], [], [], [], 0
     for index, one in enumerate(scene.objects):
-        patches, facing_in, inside = _sides_of(one, _witnesses(scene, options.viewpoint), options)
+        patches, facing_in, unsure, inside = _sides_of(one, _witnesses(scene, options.viewpoint), options)
         wrong.append(np.where(patches > 0, patches + number, 0))
         number += int(patches.max(initial=0))
         unclear.append(facing_in)
+        doubted.append(unsure)
         if inside is not None:
             rooms.append((index, inside))
-    patches, unclear = np.concatenate(wrong), np.concatenate(unclear)
+    patches, unclear, unsure = np.concatenate(wrong), np.concatenate(unclear), np.concatenate(doubted)
     coincident, lines = coincidence_of(scene)
     lamps = list(lamps_in_bodies(scene.lights, scene._to_core())) if scene.lights else []
     lines += [text for _, _, text in lamps]
     sizes = np.bincount(patches)[1:]
     order = np.argsort(-sizes, kind="stable")
     largest = [(int(sizes[k]), cloud.points[patches == k + 1].mean(axis=0)) for k in order[:LISTED]]
-    counts = {"surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes), "unclear": int(unclear.sum())}
+    counts = {"surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes)}
+    counts |= {"unclear": int(unclear.sum()), "unsure": int(unsure.sum())}
     result = {"input": options.input, **counts, **coincident}
     result["lamps_on_backs"] = [{"light": index, "share": share} for index, share, _ in lamps]
     of_mesh = _inward_faces(scene.objects[0], patches > 0) if len(scene.objects) == 1 else None
@@ -64,7 +68,8 @@ def checked(options, scene, mesh=None, points=None):
         flag = " --bodies" if options.bodies else " --rooms" if options.rooms else ""
         lines += _next_step(options, flag, rooms=not options.bodies)
     else:
-        lines.append(f"{counted}, none in a patch that points inwards")
+        known = "is known to point" if unsure.any() else "points"
+        lines.append(f"{counted}, none in a patch that {known} inwards")
     if unclear.any():
         around = place(cloud.points[unclear].mean(axis=0))
         lines.append(
@@ -72,6 +77,13 @@ def checked(options, scene, mesh=None, points=None):
             "right (--rooms says so), or a body turned inside out (--bodies)"
         )
         lines += _next_step(options, " --bodies", rooms=False, condition="if it is a body, ")
+    if unsure.any():
+        around = place(cloud.points[unsure].mean(axis=0))
+        lines.append(
+            f"{int(unsure.sum())} surfels around ({around}) stand on lines along which normals change sides: a part of "
+            "their surface may be turned over, and points that are so far apart do not tell which. `surflux view` "
+            "shows it; Surfels.flipped turns round what lies to one side"
+        )
     if options.output:
         turned = cloud.flipped(patches > 0)
         turned.save(options.output) if points is None else points.save(options.output, turned)
@@ -80,26 +92,30 @@ def checked(options, scene, mesh=None, points=None):
 
 
 def _sides_of(one, witnesses, options):
-    """Patches that point the wrong way, surfels of sheets that are rooms or turned inside out, and what is inside."""
+    """Patches that point the wrong way, surfels of sheets that are rooms or turned inside out, those where
+    normals change sides, and what is inside.
+    """
 
     def found(rooms):
-        return sf.inward_patches(one, rooms=rooms, smallest=options.smallest, threads=options.threads, progress=True)
+        with thread_limit(options.threads), progress_callback(True, "inward") as callback:
+            return inward_and_unsure(one, rooms, options.smallest, callback=callback)
 
     nothing = np.zeros(len(one), bool)
     if options.rooms:
-        return found(True), nothing, None
-    bodies = found(False)
+        patches, unsure = found(True)
+        return patches, nothing, unsure, None
+    bodies, unsure = found(False)
     if options.bodies or not bodies.any():
-        return bodies, nothing, None
-    rooms = found(True)
+        return bodies, nothing, unsure, None
+    rooms, _ = found(True)
     # Where rays say of most of a sheet that it faces inwards, its surfels are right by one reading alone.
     facing_in = (bodies > 0) != (rooms > 0)
     if not facing_in.any():
-        return bodies, nothing, None
+        return bodies, nothing, unsure, None
     inside = next((name for name, at in witnesses if _sees_fronts_all_around(one, at)), None)
     if inside is not None:
-        return rooms, nothing, inside
-    return _renumbered(np.where(facing_in, 0, bodies)), facing_in, None
+        return rooms, nothing, unsure, inside
+    return _renumbered(np.where(facing_in, 0, bodies)), facing_in, unsure, None
 
 
 def _inward_faces(one, inward):

@@ -36,6 +36,8 @@ class Facing:
             all of it, -1 for the other side. 0 where normals say otherwise than the sheet that goes through them, as
             at seams of walls and ground that are coarsely sampled: sides of that are not known.
         bodies: (n,) the same of rays that meet bodies from outside: what faces those is in the air, as they are.
+        unsure: (n,) booleans: on a line along which normals change sides, of a sheet of which neither its normals nor
+            rays tell which side of the line is right.
     """
 
     turned: NDArray[np.bool_]
@@ -44,6 +46,7 @@ class Facing:
     open: NDArray[np.bool_]
     margin: Floats
     bodies: Floats
+    unsure: NDArray[np.bool_]
 
     @property
     def against(self) -> NDArray[np.bool_]:
@@ -67,8 +70,11 @@ def facing(
     A sheet that closes around bodies is a room. In a sheet the patches that face elsewhere than most are turned, where
     the normals on their borders say so with one voice.
 
+    Where normals of a closed sheet contradict one another, as in folds that are thinner than points are apart, rays
+    from each patch of one mind tell which side of it is seen.
+
     A closed room with nothing in it, and no place in seen_from, is taken for a body. Of open sheets nothing is
-    turned but such patches; of sheets that are no surface, as leaves, or walls thinner than points are apart, nothing;
+    turned but such patches; of those that are no surface, as leaves, or walls thinner than points are apart, nothing;
     nor points at one place that face away from each other, as of two-sided sheets.
 
     Args:
@@ -118,13 +124,14 @@ def facing_of(points, normals, places=None, seed=0, estimated=False):
     kind, tangled = found["kind"], found["tangled"] > _TANGLED
     # The last entry is of points that are in no sheet.
     is_room = np.append(kind == _ROOM, False)[sheet]
-    unknown = tangled & (found["against"] > _FEW)
+    unknown = tangled & (found["against"] > _FEW) & ~found["settled"].astype(bool)
     is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | unknown, True)[sheet]
     inside_out = turned & np.append(found["backwards"].astype(bool), False)[sheet]
     if not estimated:
         found["margin"] = np.where(unknown, 0.0, found["margin"])
     margin, bodies = (np.append(found[of], 0.0)[sheet] for of in ("margin", "bodies"))
-    return Facing(turned, is_room & ~is_open, inside_out, is_open, margin, bodies)
+    unsure = found["unsure"].astype(bool) & (not estimated)
+    return Facing(turned, is_room & ~is_open, inside_out, is_open, margin, bodies, unsure)
 
 
 def _within_reach(points, places):

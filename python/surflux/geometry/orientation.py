@@ -70,4 +70,10 @@ def inward_patches(
     rays = check.count("rays", rays, 1, 65536)
     seed = check.seed("seed", seed)
     with thread_limit(threads), progress_callback(progress, "inward") as callback:
-        return _core.inward_patches(s._core, smallest, rays, seed, rooms, progress=callback).astype("int64")
+        return inward_and_unsure(s, rooms, smallest, rays, seed, callback)[0]
+
+
+def inward_and_unsure(s, rooms, smallest, rays=8, seed=0, callback=None):
+    """What inward_patches gives, and (n,) booleans: where normals change sides, and nothing tells which."""
+    patches, unsure = _core.inward_patches(s._core, smallest, rays, seed, rooms, progress=callback)
+    return patches.astype("int64"), unsure.astype(bool)

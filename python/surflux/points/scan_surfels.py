@@ -184,6 +184,14 @@ def _turned_over(path, points, normals, places):
             name,
             percent(by_most),
         )
+    if found.unsure.any():
+        LOG.warning(
+            "%s: normals change sides along lines, on which %s of the points stand: a part may be turned over, without "
+            "light, and points that are so far apart do not tell which. `surflux view` shows it, `surflux check` says "
+            "where, and Surfels.flipped turns points over",
+            name,
+            percent(np.mean(found.unsure)),
+        )
     if against > _MOST and not _is_ground(points, normals):  # a valley is seen less from above
         LOG.info(
             "%s: the open surfaces of %s of the points face the side that is seen less, which is right in a room, and "

@@ -220,3 +220,23 @@ def test_only_one_reading_at_a_time(check, capsys):
     with pytest.raises(SystemExit):
         commands.main(["check", "room.ply", "--rooms", "--bodies"])
     assert "not allowed with" in capsys.readouterr().err
+
+
+def test_where_normals_change_sides_and_nothing_tells_which_are_right_is_said(check):
+    """Half of a square under houses, so coarse that links contradict each other at their feet: it was silent."""
+    rng = np.random.default_rng(0)
+    ground = np.column_stack([rng.uniform(-5, 5, (2000, 2)), np.zeros(2000)])
+    vertices, faces, _ = shapes.box(size=[2, 3, 2])
+    parts = [sf.Surfels(ground, np.tile([0, 0, 1.0], (2000, 1)))]
+    for k, (x, y) in enumerate([(-3.5, -4), (1.5, -4), (-3.5, 1), (1.5, 1)]):
+        sides = [face for face in faces if not np.all(vertices[face, 2] == 0)]
+        parts.append(sf.Surfels.sample_mesh((vertices + np.array([x, y, 0]), sides), 333, k))
+    points, normals = (np.concatenate([getattr(p, name) for p in parts]) for name in ("points", "normals"))
+    sf.Surfels(points, normals).save("right.ply")
+    assert check("right.ply") == "3332 surfels, none in a patch that points inwards\n"
+    sf.Surfels(points, np.where(points[:, :1] > 0.3, -normals, normals)).save("half.ply")
+    out = check("half.ply").splitlines()
+    assert out[0] == "3332 surfels, none in a patch that is known to point inwards"
+    assert "surfels around (0." in out[1]
+    assert "stand on lines along which normals change sides: a part of their surface may be turned over" in out[1]
+    assert json.loads(check("half.ply", "--json"))["unsure"] > 50
