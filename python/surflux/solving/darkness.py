@@ -30,6 +30,8 @@ MUCH_INTO_BACKS = 0.01
 MUCH_ONTO_BACKS, CLOSE = 0.01, 2.0
 # And what is neither absorbed nor gone.
 MUCH_LOST = 0.01
+# Widths of a scene, beyond which a lamp that does not light it may stand in other units.
+FAR = 20.0
 
 
 def warn_of_darkness(scene, core, result, told=None):
@@ -73,14 +75,24 @@ def warn_of_backs(lights, surfels, direct, areas, told=None):
         what = "none of it" if fronts == 0.0 else f"only {fronts / (fronts + backs):.2%} of it"
         warn(
             f"the scene's lights shine on backs of surfels, and {what} reaches fronts: normals face away from the "
-            f"lights ({TURN}), or the lights stand outside of closed walls"
+            f"lights ({TURN}), or the lights stand outside of closed walls{_of_units(shining, surfels)}"
         )
     elif fronts == 0.0:
-        warn("none of the scene's lights reaches a surfel: they shine past all of them")
+        warn(f"none of the scene's lights reaches a surfel: they shine past all of them{_of_units(shining, surfels)}")
     else:
         return False
     told += shining
     return True
+
+
+def _of_units(lights, surfels):
+    """What may be wrong with places of lights as far from the surfels as units are from each other; else nothing."""
+    low, high = surfels.positions.min(axis=0), surfels.positions.max(axis=0)
+    places = [light.position for light in lights if hasattr(light, "position")]
+    places += [light.corner for light in lights if hasattr(light, "corner")]
+    width = np.linalg.norm(high - low) + 2.0 * surfels.radii.max()
+    times = max((np.linalg.norm(place - np.clip(place, low, high)) / width for place in places), default=0.0)
+    return f", or are in other units: {times:.0f} times as far away as the scene is wide" if times > FAR else ""
 
 
 def _warn_of_lamps_on_backs(lights, surfels):

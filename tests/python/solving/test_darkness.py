@@ -36,6 +36,7 @@ DARK = {
     "a room with its faces reversed": (lambda: room(False), INSIDE, BACKS),
     "a closed room under the sky": (lambda: room(True), sf.Environment(1.0), BACKS),
     "a sun below the floor": (lambda: FLOOR, sf.DirectionalLight([0, 0, 1], 1.0), BACKS),
+    "a lamp in millimetres": (lambda: room(True), sf.PointLight([500, 500, 500], 1e6), BACKS),
     "a lamp without power": (lambda: ball(1), sf.PointLight([2, 2, 2], 0.0), "lights have no power"),
     "a spot that misses": (lambda: ball(1), sf.SpotLight([4, 4, 4], [1, 1, 1], 9.0), "shine past all of them"),
     "no lamp": (lambda: ball(1), None, "the scene has no lights and nothing in it emits"),
@@ -56,6 +57,8 @@ def test_a_dark_scene_says_why_once_and_claims_no_precision(name, solver):
     assert not solution.irradiance.any()
     assert len(said) == 1
     assert re.search(why, said[0])
+    units = re.search(r", or are in other units: (\d+) times as far away as the scene is wide$", said[0])
+    assert (int(units[1]) > 100 if units else False) == (name == "a lamp in millimetres")
     assert math.isnan(solution.error)
     assert "error unknown" in repr(solution)
 
