@@ -69,7 +69,7 @@ class SpotLight:
         intensity: W/sr on the axis, scalar or RGB, at least 0.
         cone: full angle in degrees outside of which there is no light, in (0, 360].
         penumbra: full angle in degrees, in [0, cone]: the intensity is full within cone - penumbra and falls as a
-            smoothstep of the angle to 0 at cone. None: 5, or a narrower cone.
+            smoothstep of the angle to 0 at cone. A cone narrower than the default wants one of its own.
 
     Raises:
         ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, a direction of
@@ -80,7 +80,7 @@ class SpotLight:
     direction: Vector
     intensity: Vector
     cone: float = 45.0
-    penumbra: float = None  # type: ignore[assignment]  # a number once it is made
+    penumbra: float = _USUAL_PENUMBRA
 
     if TYPE_CHECKING:  # from arrays of any kind, which are kept as tuples
 
@@ -90,7 +90,7 @@ class SpotLight:
             direction: ArrayLike,
             intensity: ArrayLike,
             cone: float = 45.0,
-            penumbra: float | None = None,
+            penumbra: float = 5.0,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -101,11 +101,10 @@ class SpotLight:
             intensity=check.rgb("intensity", self.intensity),
             cone=check.number("cone", self.cone, 0.0, 360.0, low_open=True),
         )
-        if self.penumbra is None:
-            _set(self, penumbra=min(_USUAL_PENUMBRA, self.cone))
         _set(self, penumbra=check.number("penumbra", self.penumbra, 0.0))
         if self.penumbra > self.cone:
-            raise ValueError(f"penumbra: wanted at most the cone, {self.cone:g} degrees, got {self.penumbra:g}")
+            usual = ", as is usual" if self.penumbra == _USUAL_PENUMBRA else ""
+            raise ValueError(f"penumbra: wanted at most the cone, {self.cone:g} degrees, got {self.penumbra:g}{usual}")
 
     def _to_core(self):
         return _core.SpotLight(self.position, self.direction, self.intensity, self.cone, self.penumbra)

@@ -109,7 +109,7 @@ def load_scene(
 
     - "point": position, intensity (W/sr).
     - "spot": position, direction (from the light into the scene), intensity (W/sr on the axis), cone (45) and penumbra
-      (5, or a narrower cone), full angles in degrees.
+      (5), full angles in degrees.
     - "photometric": position, photometry (the path of a luminaire's IES or EULUMDAT file), direction ([0, 0, -1]),
       azimuth (0), degrees about it, and intensity (1), times what the file has.
     - "area": corner, edge_u, edge_v (perpendicular; shines along edge_u x edge_v), exitance (W/m2).
