@@ -247,15 +247,20 @@ TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
     for (const float share : found.losses()) EXPECT_EQ(share, 0.0f);
 }
 
-TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
-    // Corners need finer levels, which reflections leave out.
+// Corners need finer levels.
+TransportOperator operator_of_a_room() {
     Scene room;
     append(room, shapes::cube_inside(20, 0.5, 0.0));
     const CompiledScene compiled(room);
     OperatorOptions options;
     options.epsilon = 0.02;
     Figures timings;
-    const TransportOperator found = build_operator(compiled, options, {}, timings);
+    return build_operator(compiled, options, {}, timings);
+}
+
+TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
+    // Reflections leave finer levels out.
+    const TransportOperator found = operator_of_a_room();
     const std::size_t levels = found.level_begin.size() - 1, end = found.level_begin[found.bounce_end()];
     ASSERT_EQ(found.bounce_end(), 3u);
     ASSERT_GT(levels, 4u);
@@ -277,13 +282,7 @@ TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
 
 // Colors are gathered four links at once, of which rows have any number.
 TEST(TransportOperator, ColorsAreGatheredAsAnyOtherChannels) {
-    Scene room;
-    append(room, shapes::cube_inside(20, 0.5, 0.0));
-    const CompiledScene compiled(room);
-    OperatorOptions options;
-    options.epsilon = 0.02;
-    Figures timings;
-    const TransportOperator found = build_operator(compiled, options, {}, timings);
+    const TransportOperator found = operator_of_a_room();
     std::set<std::uint32_t> left;
     for (const TransportOperator::Row& row : found.rows) left.insert((row.end - row.begin) % 4);
     EXPECT_EQ(left.size(), 4u);

@@ -6,7 +6,7 @@ from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
 from surflux.scenes.lights import Environment
-from surflux.solving.lamp_rays import even_ways, shines
+from surflux.solving.lamp_rays import seen_from_fronts, shines
 from surflux.solving.light_on_backs import TURN
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
@@ -141,12 +141,8 @@ def warn_of_noise(core):
     if len(disks) == 0:
         return
     asked = disks[np.unique(np.linspace(0, len(disks) - 1, ASKED).astype(np.int64))]
-    ways = even_ways(2 * NOISE_RAYS)
-    cosines = surfels.normals[asked] @ ways.T
-    of, way = np.nonzero(cosines > 0.0)
-    rows, weights = asked[of], cosines[of, way]
-    met, front, away = _core.closest_hits(core, rows.astype(np.uint32), surfels.positions[rows], ways[way])
-    stopped = (met >= 0) & (front == 0) & is_disk[met] & (away < CLOSE * surfels.radii[rows])
+    of, weights, met, front, away = seen_from_fronts(core, asked, NOISE_RAYS)
+    stopped = (met >= 0) & ~front & is_disk[met] & (away < CLOSE * surfels.radii[asked[of]])
     share = weights[stopped].sum() / weights.sum()
     if share > MUCH_ONTO_BACKS:
         warn(

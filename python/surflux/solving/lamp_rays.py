@@ -109,3 +109,17 @@ def _even_places(count):
     plastic = 1.324717957244746  # x^3 = x + 1
     k = np.arange(1, count + 1)
     return (0.5 + k / plastic) % 1.0, (0.5 + k / plastic**2) % 1.0
+
+
+def seen_from_fronts(core, asked, count):
+    """What rays all over the hemisphere meet from the fronts of surfels, some `count` of each.
+
+    core: the compiled scene. asked: (n,) surfels. Returns of (m,), which of the asked a ray leaves, its cosine, what it
+    meets, or -1, whether that is a front, and how far away, (m,) each.
+    """
+    surfels, ways = core.surfels, even_ways(2 * count)
+    cosines = np.maximum(surfels.normals[asked] @ ways.T, 0.0)
+    of, way = np.nonzero(cosines)
+    rows = asked[of]
+    met, front, away = _core.closest_hits(core, rows.astype(np.uint32), surfels.positions[rows], ways[way])
+    return of, cosines[of, way], met, front != 0, away

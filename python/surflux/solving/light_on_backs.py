@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from surflux import _core
 from surflux._base import check
 from surflux._base.warn import warn
 from surflux.scenes.lights import Environment
-from surflux.solving.lamp_rays import even_ways, is_sun, met_by, shines
+from surflux.solving.lamp_rays import is_sun, met_by, seen_from_fronts, shines
 
 TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
 # Of what the light of a lamp meets, backs: above this share it is said.
@@ -94,15 +93,8 @@ class LightOnBacks:
         if len(backs) == 0:
             return out
         asked = backs[np.unique(np.linspace(0, len(backs) - 1, ASKED).astype(np.int64))]
-        surfels = self._core.surfels
-        ways = even_ways(2 * FRONT_RAYS)
-        cosines = np.maximum(surfels.normals[met.surfels[asked]] @ ways.T, 0.0)
-        of, way = np.nonzero(cosines)
-        rows, weights = met.surfels[asked[of]], cosines[of, way]
-        found, front, _ = _core.closest_hits(
-            self._core, rows.astype(np.uint32), surfels.positions[rows], np.ascontiguousarray(ways[way])
-        )
-        seen = np.bincount(of, weights * ((found >= 0) & (front == 0)), len(asked)) / cosines.sum(axis=1)
+        of, weights, found, front, _ = seen_from_fronts(self._core, met.surfels[asked], FRONT_RAYS)
+        seen = np.bincount(of, weights * ((found >= 0) & ~front), len(asked)) / np.bincount(of, weights, len(asked))
         out[asked[seen > ENCLOSED]] = len(backs) / len(asked)
         return out
 
